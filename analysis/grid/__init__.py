@@ -18,13 +18,13 @@ _UNLABELLED, _MESSAGES = f"{_SIGNATURE}.n_unlabelled", f"{_SIGNATURE}.n_messages
 
 
 def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
-    """Return notes on the labels of warnings: by whom, how well they agree with readers, how many are missing."""
+    """Return notes on the labels of warnings: who labelled, how well that agrees with people, how many are missing."""
     if _UNLABELLED not in runs:
         return []
     missing, said = (int(runs[name].sum()) for name in (_UNLABELLED, _MESSAGES))
     why = " or ".join(dict.fromkeys(one.unlabelled for one in labellings))
     notes = (
-        [f"{missing} of {said} messages have no label because {why}; measures that depend on them are missing"]
+        [f"{missing} of {said} messages have no label because {why}; the measures that need these labels are missing"]
         if missing
         else []
     )
@@ -39,7 +39,7 @@ def _methods(labellings: Sequence[Labelling]) -> list[str]:
 def _limits(labellings: Sequence[Labelling]) -> list[str]:
     told = dict.fromkeys(labelling.note() for labelling in labellings)
     notes = " ".join(f"{note[0].upper()}{note[1:]}." for note in told)
-    return [f"No person labelled the warnings of these runs. {notes}"]
+    return [f"In these runs, no person labelled which messages are warnings. {notes}"]
 
 
 def _doubts(labellings: Sequence[Labelling]) -> dict[str, str]:

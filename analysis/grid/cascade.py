@@ -1,4 +1,4 @@
-"""Spread of news among agents: who told whom first, and whom news could have reached.
+"""Spread of news among agents: which agent told which first, and which agents the news could have reached.
 
 Within a step agents perceive, speak, and hear the messages of the step. So an agent can pass on a message of step t
 from step t + 1.
@@ -21,13 +21,16 @@ NOBODY = -1
 
 @dataclass(frozen=True)
 class Cascade:
-    """How each agent learnt of a fire; arrays by agent, (N,).
+    """How each agent learnt of a fire; every array has one element per agent, (N,).
+
+    The forest has an edge from the sender of an agent's first warning to this agent, if the agent sent no warning
+    before.
 
     Attributes:
-        direct: perceived a fire before any warning.
-        told: received a warning before it perceived a fire, or never perceived one.
+        direct: whether the agent perceived a fire before it received any warning.
+        told: whether it received a warning before it perceived a fire, or without ever perceiving one.
         told_at: step of the first received warning, or NEVER.
-        parent: sender of that warning if the warning is an edge of the forest, else NOBODY.
+        parent: sender of that warning if an edge of the forest leads to the agent, or NOBODY.
     """
 
     direct: BoolArray
@@ -42,7 +45,7 @@ class Cascade:
 
     @cached_property
     def depths(self) -> IntArray:
-        """Edges between each agent and the root of its tree, (N,)."""
+        """Number of edges between each agent and the root of its tree, (N,)."""
         depths = np.zeros(len(self.parent), dtype=np.int64)
         for agent in self._downwards():
             depths[agent] = depths[self.parent[agent]] + 1
@@ -50,7 +53,7 @@ class Cascade:
 
     @property
     def depth(self) -> int:
-        """Number of edges on the longest path of the forest from a root."""
+        """Number of edges on the longest path that starts at a root of the forest."""
         return int(self.depths.max(initial=0))
 
     @property
@@ -78,12 +81,12 @@ class Cascade:
         )
 
     def _downwards(self) -> list[int]:
-        """Return the agents with a parent, parents first: a parent with an incoming edge was told earlier."""
+        """Return the agents with a parent, each after its parent: a parent was told earlier than its child."""
         order = np.argsort(self.told_at, kind="stable")
         return [int(agent) for agent in order if self.parent[agent] != NOBODY]
 
     def _below_and_roots(self) -> tuple[IntArray, IntArray]:
-        """Return the size of the subtree under each agent, itself included, and the root of its tree, (N,) each."""
+        """Return two arrays (N,): the size of the subtree at each agent, itself included, and the root of its tree."""
         below, roots = np.ones(len(self.parent), dtype=np.int64), np.arange(len(self.parent))
         for agent in reversed(self._downwards()):
             below[self.parent[agent]] += below[agent]
@@ -93,14 +96,14 @@ class Cascade:
 
 
 def first_step(flags: BoolArray) -> IntArray:
-    """Return the 1-based step at which each agent's flag is first set, or NEVER; flags (T, N), result (N,)."""
+    """Return the 1-based step at which each agent's flag is first set, or NEVER, (N,); flags has shape (T, N)."""
     return np.where(flags.any(axis=0), flags.argmax(axis=0) + 1, NEVER)
 
 
 def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Cascade:
     """Return how each agent learnt of a fire.
 
-    The parent of an agent is the sender of its first warning: lowest step, then lowest id.
+    The first warning to an agent is the one at the lowest step; among several, the one from the lowest id.
 
     Args:
         perceived_at: step at which each agent first perceives a fire, or NEVER, (N,).
@@ -122,14 +125,11 @@ def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Casca
 
 
 def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
-    """Return when each agent is first reached if all informed agents use all links.
+    """Return the step at which news first reaches each agent over a link, or NEVER, (N,), if all pass it on always.
 
     Args:
         perceived_at: step at which each agent first sees a fire itself, or NEVER, (N,).
         links: rows (step, from, to), (K, 3). News takes one link per step, because an agent passes it on a step later.
-
-    Returns:
-        Step of the first arrival over a link, or NEVER, (N,).
     """
     reached = np.full(len(perceived_at), NEVER)
     ordered = links[np.argsort(links[:, 0], kind="stable")]
@@ -143,26 +143,26 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Relays:
-    """Numbers of told agents that could pass a warning on, and that did, for S labellings of messages, (S,) each."""
+    """Numbers of told agents that could pass a warning on, and of those that did; (S,) each, for S labellings."""
 
     could: IntArray
     did: IntArray
 
     @property
     def shares(self) -> FloatArray:
-        """Share of the able agents that passed a warning on; NaN if no agent could."""
+        """Share of the agents that passed a warning on, among those that could, (S,); NaN if none could."""
         return np.asarray(np.where(self.could > 0, self.did / np.maximum(self.could, 1), np.nan))
 
 
 def find_relays(
     warned: BoolArray, told_at: IntArray, perceived_at: IntArray, *, able: BoolArray, within: int
 ) -> Relays:
-    """Return which agents passed a warning on, for several labellings of the same messages.
+    """Return how many agents could pass a warning on, and how many did, for S labellings of the same messages.
 
     Args:
         warned: whether an agent sent a warning, by labelling, step and agent, (S, T, N).
         told_at: step of the first received warning, or NEVER, by labelling and agent, (S, N).
-        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,); told agents were warned before.
+        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,).
         able: whether the agent decided on a message, (T, N); an agent without a decision in time could not relay.
         within: number of steps after `told_at` that count. Steps from `perceived_at` on do not count, because the agent
             may then report a fire that it sees itself.
@@ -178,7 +178,7 @@ def find_relays(
 
 
 def _running(flags: BoolArray) -> NDArray[np.int32]:
-    """Return how many flags were set before each step, (S, T + 1, N); flags (S, T, N)."""
+    """Return the number of flags set before each step, (S, T + 1, N); flags has shape (S, T, N)."""
     counts = np.zeros((flags.shape[0], flags.shape[1] + 1, flags.shape[2]), dtype=np.int32)
     np.cumsum(flags, axis=1, out=counts[:, 1:])
     return counts

@@ -9,9 +9,9 @@ _AT_ONCE = 2**15
 
 
 def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the fewest moves into any place, 0 inside one, NaN without places; x, y and the result have one shape.
+    """Return the fewest moves from each cell into any place: 0 inside a place, NaN without places.
 
-    This is the Manhattan distance: moves go to the four adjacent cells, and walls are ignored.
+    x, y and the result have the same shape. This is the Manhattan distance, which ignores walls.
     """
     found: FloatArray = np.full(x.shape, np.nan)
     for place in world.places:
@@ -22,7 +22,7 @@ def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArra
 
 
 def to_fires(world: GridSettings, x: IntArray, y: IntArray, *, straight: bool = True) -> FloatArray:
-    """Return the distance to every fire, Euclidean if `straight`, else in moves; shape of x with a last axis F."""
+    """Return the distance from each cell to every fire, (..., F); Euclidean if `straight`, or else in moves."""
     centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
     across, along = np.abs(x[..., None] - centres[:, 0]), np.abs(y[..., None] - centres[:, 1])
     return np.asarray(np.hypot(across, along) if straight else across + along, dtype=np.float64)
@@ -36,15 +36,15 @@ def to_nearest_agent(
     own: IntArray,
     there: BoolArray | None = None,
 ) -> FloatArray:
-    """Return the fewest moves to the nearest other agent, ignoring walls; NaN without another agent.
+    """Return the fewest moves from each cell to the nearest other agent, (R, k), ignoring walls; NaN without one.
 
     Args:
         x: columns of the cells, (R, k).
         y: rows of the cells, (R, k).
         standing_x: columns of all agents, (R, N).
         standing_y: rows of all agents, (R, N).
-        own: index of the agent itself, (R,).
-        there: presence of the agents, (R, N); None for all.
+        own: index of the agent that does not count as another one, (R,).
+        there: whether each agent is present, (R, N); None if all are.
     """
     rows, agents = standing_x.shape
     if agents < 2:
@@ -64,11 +64,11 @@ def to_nearest_agent(
 
 
 def steps_to(goal: BoolArray, free: BoolArray) -> IntArray:
-    """Return the fewest steps from every cell of a grid to the nearest goal cell, -1 if unreachable, (W, H).
+    """Return the fewest steps from every cell of a grid to the nearest goal, (W, H); -1 where no path leads there.
 
     Args:
         goal: the goal cells, (W, H).
-        free: cells that agents can enter, (W, H); a step goes to one of the four adjacent cells.
+        free: cells that agents can enter, (W, H); a step leads to one of the four adjacent cells.
     """
     steps, reached, number = np.full(goal.shape, -1), goal & free, 0
     front = reached

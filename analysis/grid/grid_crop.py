@@ -1,4 +1,4 @@
-"""Draws the surroundings of an agent of a 2D world at a decision, as a small SVG for a page."""
+"""Draws the cells around an agent of a 2D world before a decision, as a small SVG for a page."""
 
 from collections.abc import Iterator
 from html import escape
@@ -9,11 +9,11 @@ from analysis.grid.grid_run import GridRun
 from analysis.plots.style import FIRE
 
 REACH = 8.5
-"""Cells on each side of the agent."""
+"""Number of cells that are shown on each side of the agent."""
 
 
 def crop(run: GridRun, step: int, agent: int) -> str:
-    """Return the cells around an agent before a decision; text and background take the colours of the page."""
+    """Return a picture of the cells around an agent before a decision, as HTML in the colours of the page."""
     x, y = run.x[step - 1], run.y[step - 1]
     own = int(x[agent]), int(y[agent])
     near = run.there[step - 1] & (np.maximum(abs(x - own[0]), abs(y - own[1])) <= REACH)
@@ -32,7 +32,7 @@ def crop(run: GridRun, step: int, agent: int) -> str:
 
 
 def _world(run: GridRun, step: int) -> Iterator[str]:
-    """Yield walls, places and the fires that burn; y goes up in the world and down in the picture."""
+    """Yield the walls, the places and the burning fires; y grows upwards in the world and downwards in SVG."""
     for (x, y), (other_x, other_y) in run.world.walls:
         yield _box((min(x, other_x), min(y, other_y)), (max(x, other_x), max(y, other_y)), 'fill-opacity=".5"')
     for place in run.world.places:

@@ -1,4 +1,4 @@
-"""Events of runs of 2D worlds: warnings, flights from fires, arrivals at places, crowds, exits, deaths."""
+"""Events of runs of 2D worlds: first warnings, flights from fires, arrivals at places, crowds, exits, deaths."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ from foundry.texts import one_line
 
 
 def events(run: GridRun) -> Iterator[Event]:
-    """Yield the events of a run."""
+    """Yield all events of a run, kind by kind."""
     yield from _first_warning(run)
     yield from _flights(run)
     yield from _arrivals(run)
@@ -37,7 +37,7 @@ def _first_warning(run: GridRun) -> Iterator[Event]:
 
 
 def _flights(run: GridRun) -> Iterator[Event]:
-    """Yield the first step of each agent away from the nearest perceived fire, if fires do not spread."""
+    """Yield each agent's first step away from the nearest perceived fire; nothing if fires spread."""
     if run.world.spreads or not run.perceived.any():
         return
     fires = np.array([fire.position for fire in run.world.fires])

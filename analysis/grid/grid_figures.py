@@ -1,4 +1,4 @@
-"""Content of plots of 2D worlds: positions of agents, times to warnings, chains of warnings."""
+"""Computes the content of plots of 2D worlds: positions of agents, times to warnings, chains of warnings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,14 +21,14 @@ COURSES: Mapping[str, Callable[[GridRun], BoolArray]] = {
     "spoke (share)": lambda run: run.spoke,
     "in a place (share)": lambda run: run.place[1:] != OUTSIDE,
 }
-"""Facts about each agent in each step, (T, N), that are plotted over time."""
+"""What is plotted step by step: for each title, a function that returns whether it holds for each agent, (T, N)."""
 MOST_SEEDS = 12
-"""Maximum number of seeds for which groups are compared step by step."""
+"""Maximum number of seeds for which the positions of groups are compared step by step."""
 
 
 @dataclass(frozen=True)
 class Ways:
-    """Cells of the agents of a run, by step and agent, (T + 1, N)."""
+    """Paths of the agents of a run: columns and rows by state and agent, (T + 1, N) each."""
 
     shown: Shown
     x: IntArray
@@ -37,13 +37,13 @@ class Ways:
 
 @dataclass
 class GridGroup:
-    """Collects plot data of the runs of one group, so that no run stays in memory.
+    """Collects the plot data of the runs of one group; it keeps a single run, as an example.
 
     Attributes:
-        counts: agent-steps by run and cell, as shares, summed over runs.
-        curves: number of agents not yet warned, by run.
-        present: number of initial agents still present, by run; empty if all always are.
-        courses: number of agents for each of `COURSES`, by run.
+        counts: share of agent-steps in each cell, summed over runs, (W, W).
+        curves: share of agents not yet warned after each step, by run.
+        present: share of the initial agents still present after each step, by run; empty if no agent ever leaves.
+        courses: share of agents for each of `COURSES` in each step, by run.
         places: positions of agents by seed, x and y, (2, T + 1, N), for the first `MOST_SEEDS` seeds.
     """
 
@@ -77,15 +77,15 @@ class GridGroup:
         self.runs += 1
 
     def occupancy_map(self) -> OccupancyMap:
-        """Return the map of the agents' positions, the mean over runs."""
+        """Return the map of the agents' positions, as mean over runs."""
         return OccupancyMap(self.shown, self.world, self.counts / self.runs)
 
     def survival_curve(self) -> SurvivalCurve | None:
-        """Return the share of agents not yet warned, with an interval over runs; None without a perceived fire."""
+        """Return the share of agents not yet warned, with an interval over runs; None if no agent perceives a fire."""
         return self._mean_curve(self.curves)
 
     def presence_curve(self) -> SurvivalCurve | None:
-        """Return the share of agents still present, with an interval over runs; None if all always are."""
+        """Return the share of agents still present, with an interval over runs; None if no agent ever leaves."""
         return self._mean_curve(self.present)
 
     def course(self, name: str) -> Curve:
@@ -100,7 +100,13 @@ class GridGroup:
 
 
 def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
-    """Return the mean of curves up to the end of the shortest, with an interval over curves; values in 0..`most`."""
+    """Return the mean of curves with an interval over curves, up to the end of the shortest curve.
+
+    Args:
+        shown: the group.
+        curves: values by step, between 0 and `most`.
+        most: largest possible value.
+    """
     steps = min(len(curve) for curve in curves)
     values = np.array([curve[:steps] for curve in curves]).T
     found = estimates(values, np.zeros(steps), np.full(steps, most))
@@ -108,9 +114,10 @@ def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
 
 
 def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
-    """Return, by group and step, the cells between an agent here and the same agent in other groups' runs of the seed.
+    """Return how far the agents of each group are from the same agents in other groups' runs with the same seed.
 
-    A group is compared only with groups that have the same agents and share a seed with it.
+    Each curve is a mean distance by step, in cells. A group is compared only with groups that have the same number of
+    agents and share a seed with it.
     """
     curves = []
     for group in groups:
@@ -136,7 +143,7 @@ def _distance(mine: IntArray, every: Sequence[IntArray]) -> FloatArray | None:
 
 
 def occupancy(run: GridRun) -> FloatArray:
-    """Return the share of agent-steps by row and column of the grid, (W, W); start positions are left out."""
+    """Return the share of agent-steps by row and column of the grid, (W, W), without the start positions."""
     half, width = run.world.half_size, run.world.width
     counts = np.zeros((width, width), dtype=np.float64)
     np.add.at(counts, (run.y[1:][run.there] + half, run.x[1:][run.there] + half), 1.0)
@@ -145,9 +152,9 @@ def occupancy(run: GridRun) -> FloatArray:
 
 
 def still_there(run: GridRun) -> FloatArray:
-    """Return the share of the initial agents that have neither left nor died after steps 0..T, (T + 1,).
+    """Return the share of the initial agents that have neither left nor died, after each of the steps 0..T, (T + 1,).
 
-    T is the planned number of steps. A run that ends early because no agent is left has 0 from then on.
+    T is the planned number of steps. If a run ends early because no agent is left, the share stays 0.
     """
     start = run.there[:, : run.world.agents]
     stays = start[-1].copy()
@@ -159,9 +166,9 @@ def still_there(run: GridRun) -> FloatArray:
 
 
 def not_warned(run: GridRun) -> FloatArray:
-    """Return the Kaplan-Meier estimate of the share not yet warned at steps 0..T, (T + 1,).
+    """Return the Kaplan-Meier estimate of the share of agents not yet warned after steps 0..T, (T + 1,).
 
-    An agent that perceives a fire without a warning is censored the step before.
+    An agent that perceives a fire before any warning is censored one step earlier.
     """
     events, remaining = survival(*waiting_times(run, find_labels(run)[0]))
     after = np.searchsorted(events, np.arange(run.steps + 1), side="right")
@@ -170,7 +177,7 @@ def not_warned(run: GridRun) -> FloatArray:
 
 
 def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
-    """Return who warned whom in a run."""
+    """Return the chains of first warnings in a run."""
     warned, _ = find_labels(run)
     perceived_at, warned_at = first_step(run.perceived), first_step(warned)
     found = trace(perceived_at, warned_at, deliveries_of(run, warned))
@@ -195,7 +202,7 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
 
 
 def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[int]:
-    """Return the agents sorted so that each stands below the agent that told it; agents told earlier come first."""
+    """Sort agents so that each comes after the agent that warned it, and agents that were told earlier come first."""
     below: dict[int, list[int]] = {}
     for agent in sorted(known, key=lambda one: (int(since[one]), one)):
         below.setdefault(int(parent[agent]), []).append(agent)

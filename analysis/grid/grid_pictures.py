@@ -17,14 +17,14 @@ from analysis.plots.rounds import curves_figure
 
 
 class GridFigures:
-    """Collects plot data of runs: positions, spread of news, paths."""
+    """Collects the plot data of the runs of all groups: positions, spread of news, paths."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self._groups: dict[Shown, GridGroup] = {}
 
     def add(self, shown: Shown, run: GridRun, seed: int) -> None:
-        """Add a group's run."""
+        """Add a run of a group."""
         world = replace(run.world, places=(), fires=()) if run.world.draw_positions else run.world
         self._groups.setdefault(shown, GridGroup(shown, self._seed, world)).add(run, seed)
 
@@ -34,7 +34,7 @@ class GridFigures:
         return [*_of_all_runs(groups), *self._of_single_runs(order)]
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
-        """Return the first warning to each agent of the example runs, with its step; empty without warnings."""
+        """Return a table with the first warning to each agent in the example runs; no table without warnings."""
         rows = tuple(
             (tree.run, tree.shown.label, str(edge.step), str(edge.sender), str(edge.recipient))
             for tree in self._trees(order)
@@ -49,7 +49,7 @@ class GridFigures:
         return [(one, run) for one, run in found if run is not None]
 
     def _trees(self, order: Sequence[Shown]) -> list[CascadeTree]:
-        """Return who warned whom in the example runs; nothing if none has a perceived fire."""
+        """Return the chains of first warnings in the example runs; none if no agent perceives a fire."""
         kept = self._examples(order)
         alarmed = any(run.perceived.any() for _, run in kept)
         return [cascade_tree(run, shown) for shown, run in kept] if alarmed else []
@@ -59,9 +59,10 @@ class GridFigures:
         trees = self._trees(order)
         if trees:
             caption = (
-                f"{fixed} Each dot is an agent, at the step in which it learnt of a fire. Filled dots saw a fire. "
-                "Hollow dots were warned by another agent. Crosses warned others before they learnt of any fire. A "
-                "line leads from the agent that first warned this agent."
+                f"{fixed} Each dot is an agent, at the step in which it learnt of a fire. A filled dot is an agent "
+                "that saw a fire. A hollow dot is an agent that was warned by another. A cross is an agent that warned "
+                "others before it learnt of any fire. Each line leads from an agent to one that it was the first to "
+                "warn."
             )
             drawn = partial(grid_plots.cascade_figure, trees)
             warnings = [(tree.shown.label, tree.edges) for tree in trees]
@@ -80,10 +81,11 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
     maps = [group.occupancy_map() for group in groups]
     if maps:
         caption = (
-            "Share of all agent-steps in each cell, without the start, as mean over the complete runs. All maps "
-            "have the same colour scale. The scale ends at the 95th percentile of the visited cells, so that a "
-            "single crowded cell does not hide the others. Outlines are places; crosses and dashed rings are fires "
-            "and their reach. If runs differ in places or fires, the map shows none of them."
+            "How much of the time agents spend in each cell: its share of all agent-steps after the start, as mean "
+            "over the complete runs. All maps have the same colour scale. The scale ends at the 95th percentile of "
+            "the visited cells, so that a single crowded cell does not hide the others. Outlines are places. Crosses "
+            "are fires, and dashed rings show how far fires can be perceived. If the places or fires of the runs "
+            "differ, the map shows none of them."
         )
         pictures.append(
             Picture(
@@ -93,9 +95,9 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
     curves = [curve for curve in (group.survival_curve() for group in groups) if curve is not None]
     if curves:
         caption = (
-            "Kaplan-Meier estimate of the share of agents not yet warned, one curve per run. Line: mean over runs; "
-            "band: 95 % interval over runs, not agents. Agents that see a fire first are censored. Runs without a "
-            "perceived fire have no curve."
+            "Share of agents that no warning has reached yet (Kaplan-Meier estimate for each run). Line: mean over "
+            "runs; band: 95 % interval over runs, not agents. An agent that sees a fire before any warning is "
+            "censored. Runs in which no agent perceives a fire are left out."
         )
         # The name of a plot is a signature's name; `survival` belongs to worlds with energy.
         name = "not_warned" if any(group.world.energy for group in groups) else "survival"
@@ -116,7 +118,7 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
 
 
 def _by_step(groups: Sequence[GridGroup]) -> list[Picture]:
-    """Return the agents' behaviour step by step, and the distance between the models' agents."""
+    """Return the plots by step: the agents' behaviour, and how far the agents of different groups are apart."""
     pictures = []
     panels = [(title, [group.course(title) for group in groups]) for title in COURSES]
     caption = "Share of the agents by step. Line: mean over runs; band: 95 % interval over runs, not agents."
@@ -125,9 +127,9 @@ def _by_step(groups: Sequence[GridGroup]) -> list[Picture]:
     apart = divergence(groups)
     if apart:
         caption = (
-            "Distance between the positions of the same agent in runs of different groups with the same seed, as "
-            f"mean over agents, groups and seeds (at most {MOST_SEEDS}). Band: 95 % interval over seeds. All runs of "
-            "a seed begin in the same state."
+            "Runs with the same seed begin in the same state. The line shows how far an agent of this group is from "
+            "the same agent in the runs of the other groups with the same seed, as mean over agents, groups and seeds "
+            f"(at most {MOST_SEEDS} seeds). Band: 95 % interval over seeds."
         )
         panel = [("Distance to the other groups' runs (cells)", apart)]
         drawn = partial(curves_figure, panel, Scale(0.0), "Step")

@@ -22,7 +22,7 @@ from foundry.storing.store import RunFolder
 
 
 class FurnishedLine(GridStep, frozen=True, kw_only=True):
-    """A line of a world in which agents come and go; keys that a world does not write have defaults."""
+    """A line of `steps.jsonl` in a world in which agents come and go; a key that the world does not write is empty."""
 
     left: str | None = None
     lost: str | None = None
@@ -36,7 +36,7 @@ class FurnishedLine(GridStep, frozen=True, kw_only=True):
 
 
 NONE = -1
-"""The outcome of an agent that was not asked."""
+"""Stands for the outcome of an agent that was not asked."""
 
 _DELIVERY = attrgetter("step", "sender", "recipient")
 
@@ -53,13 +53,13 @@ class GridRecords:
         return [msgspec.structs.asdict(step) for step in self.steps]
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the columns that the records of every form have."""
+        """Return the columns that the steps of every form have."""
         found = self.columns(("step", "agent", "outcome", "message"))
         actions = [row.direction or row.action for row in self.steps]
         return {**found, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the steps by column, which is many times as fast as by row."""
+        """Return the steps as columns, which is many times as fast as rows."""
         return {name: list(map(attrgetter(name), self.steps)) for name in names}
 
     def arrays(self, folder: RunFolder) -> GridRun:
@@ -99,7 +99,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
 
 
 def labelled(run: GridRun, labelling: Labelling) -> GridRun:
-    """Return a run with labelled messages; the rule labels texts itself and needs no list."""
+    """Return the run with the labels of its messages; a rule needs no such list, because it can label any text."""
     if labelling.by_fires is None:
         return run
     fires = tuple(fire.name for fire in run.world.fires)
@@ -117,12 +117,13 @@ def settings(folder: RunFolder) -> GridSettings:
         return msgspec.convert(world, GridSettings)
     except msgspec.ValidationError as error:
         raise InputError(
-            f"World '{world.get('name', '?')}' of run {folder.id} cannot be analysed: it is not a 2D world ({error})."
+            f"Run {folder.id} cannot be analysed, because its world '{world.get('name', '?')}' does not have the "
+            f"settings of a 2D world: {error}."
         ) from error
 
 
 def fixtures(folder: RunFolder) -> dict[str, pd.DataFrame]:
-    """Return the fires and places of the run's world, positions in cells.
+    """Return a table of the fires and one of the places of the run's world; positions are in cells.
 
     Raises:
         InputError: it is not a 2D world.
@@ -186,7 +187,7 @@ def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[
 def _comings_and_goings(
     world: GridSettings, rows: Sequence[GridStep], there: BoolArray, column: Callable[..., Any]
 ) -> dict[str, Any]:
-    """Return the further arrays of a run in which agents come and go."""
+    """Return the fields of `GridRun` that only a run has in which agents come and go."""
     lines = [row for row in rows if isinstance(row, FurnishedLine)]
     if not lines:
         return {}
@@ -208,7 +209,10 @@ def _comings_and_goings(
 
 
 def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
-    """Return the T + 1 states of T steps, (T + 1, N); an absent agent has its first or last state."""
+    """Return the states at the start and after each of T steps, (T + 1, N), from the states before and after each step.
+
+    An agent that has not joined yet has its first state, and an agent that is gone its last. All arguments are (T, N).
+    """
     found = np.vstack([before, after[-1:]])
     found[1:][there] = after[there]
     both = there[1:] & there[:-1]
@@ -224,7 +228,7 @@ def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
 
 
 def _fires(world: GridSettings, rows: Sequence[GridStep], shape: tuple[int, int]) -> Any:
-    """Return which fires were perceived, (T, N, F)."""
+    """Return whether each agent perceived each fire, (T, N, F)."""
     index = {fire.name: number for number, fire in enumerate(world.fires)}
     seen = np.zeros((*shape, len(index)), dtype=np.bool_)
     for row in rows:
@@ -234,7 +238,7 @@ def _fires(world: GridSettings, rows: Sequence[GridStep], shape: tuple[int, int]
 
 
 def schema(_: Declared) -> pa.Schema:
-    """Return the recorded columns; `said` stands for the text of a message."""
+    """Return the columns of the table of decisions; `said` replaces the text of a message."""
     return pa.schema(
         [
             ("step", pa.int32()),

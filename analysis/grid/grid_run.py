@@ -1,6 +1,6 @@
-"""One recorded run of a 2D world as arrays, the input of all its signatures.
+"""One recorded run of a 2D world as arrays, from which all signatures are computed.
 
-T steps, N agents, F fires. State 0 is the start, drawn by the world; state t follows step t.
+Shapes: T steps, N agents, F fires. State 0 is the start, which the seed draws; state t is the state after step t.
 """
 
 from collections.abc import Mapping
@@ -16,16 +16,16 @@ OUTSIDE = -1
 """Index of cells outside all places."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
-"""The directions of a move; `GridRun.choice` holds indices into them, followed by FURTHER_ACTIONS."""
+"""Staying and the directions of a move; `GridRun.choice` holds indices into CHOICES followed by FURTHER_ACTIONS."""
 
 FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
-"""Further actions of an agent, in worlds with energy."""
+"""The further actions of an agent in a world with energy."""
 
 NO_EXIT = -1
-"""Index of the exit in steps where an agent does not leave."""
+"""Stands for the index of an exit in a step in which the agent does not leave."""
 
 HEADINGS: IntArray = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)], dtype=np.int64)
-"""Change of (x, y) by choice, (5, 2)."""
+"""Change of (x, y) by index in CHOICES, (5, 2)."""
 
 
 class Place(msgspec.Struct, frozen=True):
@@ -38,12 +38,12 @@ class Place(msgspec.Struct, frozen=True):
 
     @property
     def low(self) -> tuple[int, int]:
-        """The cell with the least x and y."""
+        """The cell in the lower left corner."""
         return (self.center[0] - self.extent[0], self.center[1] - self.extent[1])
 
     @property
     def high(self) -> tuple[int, int]:
-        """The cell with the greatest x and y."""
+        """The cell in the upper right corner."""
         return (self.center[0] + self.extent[0], self.center[1] + self.extent[1])
 
 
@@ -58,7 +58,7 @@ class Fire(msgspec.Struct, frozen=True):
 
 
 class Exit(msgspec.Struct, frozen=True):
-    """Cells that lead out of the world, and the maximum number of agents that leave by them in a step, if any."""
+    """Cells that lead out of the world; `capacity` agents at most leave by them in a step, None for any number."""
 
     name: str
     cells: tuple[tuple[int, int], ...]
@@ -66,27 +66,27 @@ class Exit(msgspec.Struct, frozen=True):
 
 
 class Leaders(msgspec.Struct, frozen=True):
-    """The number of agents that know all exits; these have the lowest ids."""
+    """The agents that know all exits: the first `number` ids."""
 
     number: int
 
 
 class Energy(msgspec.Struct, frozen=True):
-    """The initial energy of agents, and the loss per step."""
+    """The energy of each agent at the start, and its loss per step."""
 
     start: int
     loss: int = 1
 
 
 class Order(msgspec.Struct, frozen=True):
-    """An order to all agents to enter a rectangle, given by two corners; it holds from a step on."""
+    """An order to all agents to enter a rectangle (two opposite corners), which holds from step `start` on."""
 
     target: tuple[tuple[int, int], tuple[int, int]]
     start: int = 1
 
 
 class GridSettings(msgspec.Struct, frozen=True):
-    """The settings of a 2D world that signatures depend on."""
+    """The settings of a 2D world on which signatures depend."""
 
     name: str
     half_size: int
@@ -105,7 +105,7 @@ class GridSettings(msgspec.Struct, frozen=True):
 
     @property
     def width(self) -> int:
-        """Cells along each axis."""
+        """Number of cells along each axis, W."""
         return 2 * self.half_size + 1
 
     @property
@@ -119,7 +119,7 @@ class GridSettings(msgspec.Struct, frozen=True):
         return any(fire.spread for fire in self.fires)
 
     def free(self) -> BoolArray:
-        """Return which cells have no wall, (W, W), x first, starting at the lowest x and y."""
+        """Return which cells have no wall, (W, W), indexed by x and y, from the lowest of each."""
         found = np.ones((self.width, self.width), dtype=np.bool_)
         half = self.half_size
         for (x, y), (other_x, other_y) in self.walls:
@@ -128,7 +128,7 @@ class GridSettings(msgspec.Struct, frozen=True):
         return found
 
     def areas(self, x: IntArray, y: IntArray) -> IntArray:
-        """Return the index of each cell's place, or OUTSIDE; same shape as x and y."""
+        """Return the index of the place of each cell, or OUTSIDE; the result has the shape of x and y."""
         found = np.full(x.shape, OUTSIDE, dtype=np.int64)
         for index, place in enumerate(self.places):
             (left, bottom), (right, top) = place.low, place.high
@@ -144,28 +144,28 @@ class GridRun(Decisions):
         x: columns by state and agent, cells, (T + 1, N).
         y: rows by state and agent, cells, (T + 1, N).
         place: index of the place by state and agent, or OUTSIDE, (T + 1, N).
-        choice: requested action by step and agent, index into CHOICES, then FURTHER_ACTIONS, (T, N); STAY for an
+        choice: requested action by step and agent, index into CHOICES followed by FURTHER_ACTIONS, (T, N); STAY for an
             unreadable reply.
-        moved: whether the position changed in the step, (T, N).
+        moved: whether the agent's cell changed in the step, (T, N).
         outcome: outcome of the action call, index into OUTCOMES, (T, N).
         message_outcome: outcome of the message call, index into OUTCOMES, (T, N).
         fires: whether the agent perceived the fire before the move, (T, N, F); all False if the world does not mention
             fires in observations.
-        said: the message, even if nobody hears it, or None, (T, N).
-        contacts: rows (1-based step, agent, neighbour) before the move, in both directions, (K, 3).
+        said: the agent's message, even if nobody hears it, or None, (T, N).
+        contacts: rows (1-based step, agent, neighbour) for all pairs that can talk before the move, both ways, (K, 3).
         deliveries: rows (1-based step, sender, recipient) of delivered messages, (M, 3).
         readable_only: whether measures leave out unreadable decisions.
-        labels: whether a text is a warning, according to a labeller; a text that is missing here has no label. None:
-            the rule of `analysis.labelling.warning_rule` labels the texts.
+        labels: whether each text is a warning; a text that is missing here has no label. If it is None, the rule of
+            `analysis.labelling.warning_rule` labels the texts.
         present: whether the agent was present and asked, (T, N); None if all agents always were. For an absent agent, x
             and y are its first or last cell, the place is OUTSIDE and the outcome is none. It requests and says
             nothing.
         left: index of the exit by which an agent left in the step, or NO_EXIT, (T, N); None in a world without exits.
         lost: whether the agent died at the end of the step, (T, N); None in a world without deaths.
-        living: further numbers by step and agent, (T, N), in a world with energy; 0 for absent agents. `energy` is
-            before the step, `energy_next` after it. `amount` is the energy gathered, shared or taken. `target` is an
-            agent (-1 for none), and `born` says whether the action made a newborn. `food` is the food in the cell
-            before the step.
+        living: further numbers in a world with energy, each (T, N), 0 for absent agents. `energy` is the energy before
+            the step, `energy_next` the energy after it. `amount` is the energy gathered, shared or taken. `target` is
+            the id of the target, -1 for none. `born` says whether the action made a newborn. `food` is the food in the
+            cell before the step.
     """
 
     id: str
@@ -190,17 +190,17 @@ class GridRun(Decisions):
 
     @cached_property
     def there(self) -> BoolArray:
-        """The agents that were present and asked, (T, N)."""
+        """Whether each agent was present and asked, (T, N)."""
         return np.ones(self.choice.shape, dtype=np.bool_) if self.present is None else self.present
 
     @property
     def first(self) -> IntArray:
-        """Index of each agent's first state, (N,): 0 for initial agents."""
+        """Index of the first state of each agent, (N,): 0 for agents that are there from the start."""
         return np.asarray(self.there.argmax(axis=0))
 
     @property
     def last(self) -> IntArray:
-        """Number of each agent's last step, (N,): T for agents that stayed to the end."""
+        """Last step of each agent, (N,): T for agents that stay to the end."""
         return np.asarray(self.steps - self.there[::-1].argmax(axis=0))
 
     @property
@@ -220,27 +220,27 @@ class GridRun(Decisions):
 
     @property
     def decisions(self) -> int:
-        """Number of agent-steps; T * N if all agents are always present."""
+        """Number of decisions on actions; T * N if all agents are always present."""
         return int(self.there.sum())
 
     @cached_property
     def message_readable(self) -> BoolArray:
-        """True if the reply about a message was readable, that is, chosen or repaired, (T, N); silence is readable."""
+        """True if the reply to the message question was readable (chosen or repaired), (T, N); silence is readable."""
         return np.isin(self.message_outcome, READABLE)
 
     @cached_property
     def counted(self) -> BoolArray:
-        """The counted action decisions, (T, N)."""
+        """True for action decisions that count, (T, N)."""
         return self.readable if self.readable_only else self.there
 
     @cached_property
     def message_counted(self) -> BoolArray:
-        """The counted message decisions, (T, N)."""
+        """True for message decisions that count, (T, N)."""
         return self.message_readable if self.readable_only else self.there
 
     @property
     def all_readable(self) -> bool:
-        """True if all decisions are readable, so that nothing has to be left out."""
+        """True if all decisions are readable."""
         return bool((self.readable & self.message_readable)[self.there].all())
 
     @cached_property
@@ -250,7 +250,7 @@ class GridRun(Decisions):
 
     @cached_property
     def spoke(self) -> BoolArray:
-        """True if the agent said a message, (T, N)."""
+        """True if the agent sent a message, even if nobody heard it, (T, N)."""
         flags = [text is not None for text in self.said.ravel().tolist()]
         return np.array(flags, dtype=np.bool_).reshape(self.said.shape)
 

@@ -1,4 +1,4 @@
-"""Draws a 2D world after given steps of given runs, or the whole paths of its agents."""
+"""Draws runs of 2D worlds for a paper: the state after given steps, or the whole paths of the agents."""
 
 import math
 from collections import Counter
@@ -21,7 +21,7 @@ _DOT_PT, _NUMBER_PT = 7.5, 4.2
 
 
 def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -> Figure:
-    """Return a panel per step and run; without steps, a panel per run with the paths of its agents."""
+    """Return a figure with a panel per run and step; without steps, a panel per run with the agents' whole paths."""
     panels = [(shown, run, step) for shown, run in runs for step in steps or (None,)]
     in_row = len(steps) if steps and len(steps) > 1 else len(runs)
     across = math.ceil(in_row / math.ceil(in_row / _MOST_ACROSS))
@@ -46,7 +46,7 @@ def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -
 
 
 def draw_state(ax: Axes, shown: Shown, run: GridRun, step: int) -> Axes:
-    """Draw the numbered agents after a step, each with a line of its last move; `×3` is a cell with three agents."""
+    """Draw the numbered agents after a step, with a line for each last move; `×3` marks three agents in a cell."""
     burning = tuple(fire for fire in run.world.fires if fire.start <= step)
     draw_world(ax, replace(run.world, fires=burning), style.PLACE)
     here = run.there[max(step - 1, 0)]

@@ -1,8 +1,8 @@
-"""The null of moved fires and places: the agents' paths stay, and positions of fires and places are drawn anew.
+"""A null for worlds that draw the positions of fires and places for each seed.
 
-A world may draw the positions for each seed. Agents that ignore them take the same paths under any other draw, so the
-actual positions are one more draw. The difference from the mean over other draws is then 0 on average, whatever habits
-the agents have.
+Positions are drawn again, and the agents' recorded paths are measured against the moved fires and places. Agents that
+ignore fires and places would take the same paths under any draw. So the actual positions are one more draw, and the
+difference from the mean over the other draws is 0 on average, whatever habits the agents have.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,11 +16,11 @@ from foundry import seeding
 from foundry.seeding.positions import PositionLaw
 
 DRAWS = 100
-"""Number of draws of positions for the null."""
+"""Number of times that the positions are drawn again."""
 
 
 def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> FloatArray:
-    """Return the statistics of a run minus their means over the moved runs in which they are defined.
+    """Return the statistics of a run, each minus its mean over the moved runs in which it is defined.
 
     Args:
         run: a run of a world that draws positions.
@@ -35,12 +35,12 @@ def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> Fl
 
 
 def in_sight(run: GridRun) -> GridRun:
-    """Return a run with the fires that its agents would perceive if the world told them."""
+    """Return the run with the fires that its agents would perceive if the observations mentioned fires."""
     return run if run.world.tell_fires else replace(run, fires=_reached(run.world, run.x[:-1], run.y[:-1]))
 
 
 def _moved(run: GridRun) -> Iterator[GridRun]:
-    """Yield the run with places and fires at other positions; every call gives the same draws."""
+    """Yield DRAWS copies of the run with places and fires at other positions, the same at every call."""
     world, starts = run.world, np.column_stack([run.x[0], run.y[0]])
     extents = np.array([place.extent for place in world.places], dtype=np.int64).reshape(-1, 2)
     law = PositionLaw(world.half_size, extents, len(world.fires), starts)
@@ -52,7 +52,7 @@ def _moved(run: GridRun) -> Iterator[GridRun]:
 
 
 def _reached(world: GridSettings, x: IntArray, y: IntArray) -> BoolArray:
-    """Return which burning fires have the agent within their radius, (T, N, F); x and y are (T, N)."""
+    """Return whether each agent is within the radius of each burning fire, (T, N, F); x and y have shape (T, N)."""
     centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
     squares = (x[..., None] - centres[:, 0]) ** 2 + (y[..., None] - centres[:, 1]) ** 2
     radii = np.array([fire.radius for fire in world.fires], dtype=np.float64)

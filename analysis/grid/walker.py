@@ -1,8 +1,8 @@
-"""Exact behaviour of agents that perceive nothing, the null of several signatures.
+"""Two agents that perceive nothing, and whose behaviour is known exactly; several signatures compare with them.
 
-The legal walker never stays: at every step it makes one of the legal moves, each equally likely. The blind agent stays
+The random walker never stays: at every step it makes one of the legal moves, each equally likely. The blind agent stays
 whenever the agent of the run did, and otherwise draws a legal direction by the shares of directions in the run. So it
-has the agent's habits, but perceives nothing.
+prefers the same directions as the agents of the run, but perceives nothing.
 """
 
 from functools import lru_cache
@@ -16,13 +16,13 @@ _CELLS_AT_ONCE = 2**17
 
 
 def moves_to(x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the cells up, down, left and right, even beyond the edge; x and y of any shape, results (..., 4)."""
+    """Return the columns and the rows of the cells up, down, left and right, even beyond the edge, (..., 4) each."""
     ways = HEADINGS[STAY + 1 :]
     return x[..., None] + ways[:, 0], y[..., None] + ways[:, 1]
 
 
 def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
-    """Return which of up, down, left and right stay on the grid and hit no wall, (..., 4); x and y of any shape."""
+    """Return which of the moves up, down, left and right stay on the grid and hit no wall, (..., 4)."""
     (to_x, to_y), half = moves_to(x, y), world.half_size
     inside = np.asarray((np.abs(to_x) <= half) & (np.abs(to_y) <= half))
     if world.walls:
@@ -31,10 +31,11 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 
 
 def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
-    """Return the probabilities that a moving blind agent goes up, down, left and right, (E, 4); 0 if it cannot.
+    """Return the probabilities that the blind agent, if it moves, goes up, down, left and right, (E, 4).
 
-    The shares of directions come from the moves requested by counted decisions of all agents in cells with four legal
-    moves. Half a move is added to each (Jeffreys' prior), so that no legal direction is impossible.
+    They are proportional to the directions that all agents request by counted decisions in cells with four legal moves.
+    Half a move is added to each direction (Jeffreys' prior), so that no legal direction is impossible. An illegal move
+    has probability 0.
 
     Args:
         run: the run.
@@ -48,9 +49,10 @@ def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
 
 
 def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray:
-    """Return the requested legal moves minus a blind agent's expected moves, (E, 4); 0 without a requested move.
+    """Return the requested legal moves (0 or 1) minus their probabilities for the blind agent, (E, 4).
 
-    A move into an occupied cell counts as legal: it is requested, though it may not be executed.
+    They are 0 for a decision that requests no legal move. A move into an occupied cell counts as legal, even if it is
+    not executed.
 
     Args:
         run: the run.
@@ -62,15 +64,15 @@ def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray
 
 
 def asked_ways(choice: IntArray, legal: BoolArray) -> BoolArray:
-    """Return whether up, down, left and right was requested and legal, (E, 4), even into occupied cells."""
+    """Return whether each of the moves up, down, left and right was requested and is legal, (E, 4)."""
     return np.asarray((choice[:, None] == np.arange(STAY + 1, len(CHOICES))) & legal)
 
 
 def direction_shares(legal: BoolArray) -> FloatArray:
-    """Return a walker's mean share of each move, (4,): the mean of 1 / number of legal moves; NaN without legal moves.
+    """Return the random walker's expected share of the moves up, down, left and right, (4,); NaN without legal moves.
 
     Args:
-        legal: which moves are legal, by state, (S, 4).
+        legal: which moves are legal, by state, (S, 4); in each state, the legal moves are equally likely.
     """
     able = legal[legal.any(axis=1)]
     if not len(able):
@@ -79,13 +81,13 @@ def direction_shares(legal: BoolArray) -> FloatArray:
 
 
 def expected_cells(x: IntArray, y: IntArray, moves: IntArray, half_size: int) -> FloatArray:
-    """Return the expected number of different cells of a walker, its start included.
+    """Return the expected number of different cells that a random walker visits, its start included, (N,).
 
     Args:
         x: columns of the starts, (N,).
         y: rows of the starts, (N,).
-        moves: moves from there, (N,).
-        half_size: cells from the centre of the grid to its edge.
+        moves: number of moves from each start, (N,).
+        half_size: number of cells from the centre of the grid to its edge.
     """
     side, horizon = 2 * half_size + 1, int(moves.max(initial=0))
     if side == 1:
@@ -104,10 +106,10 @@ def _in_table(at: IntArray, side: int, table_side: int, horizon: int) -> IntArra
 
 @lru_cache(maxsize=8)
 def _cells_table(side: int, horizon: int) -> FloatArray:
-    """Return the expected number of different cells by moves made and start, (horizon + 1, side, side).
+    """Return the expected number of different visited cells, by number of moves and start, (horizon + 1, side, side).
 
-    It is the sum over all cells of the probability of a visit in time. Each probability solves one absorbing chain. By
-    the eight symmetries of the square, an eighth of the cells suffices.
+    It is the sum over all cells of the probability that the walker visits the cell by then. Each probability solves an
+    absorbing Markov chain. By the eight symmetries of the square, an eighth of the cells suffices.
     """
     middle = (side + 1) // 2
     targets = [(a, b) for a in range(middle) for b in range(a, middle)]
@@ -121,9 +123,14 @@ def _cells_table(side: int, horizon: int) -> FloatArray:
 
 
 def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
-    """Return the weighted sum over targets (k, 2) of the probability of a visit, by number of moves and start.
+    """Return the weighted sum of the probabilities of visits to some cells, by number of moves and start.
 
-    The weight of a target is the number of its images under the symmetries of the square, over eight.
+    The weight of a cell is the number of its images under the symmetries of the square, divided by eight.
+
+    Args:
+        targets: the cells, (k, 2).
+        side: number of cells along each axis.
+        horizon: largest number of moves.
     """
     a, b = targets.T
     images = np.where(a == b, 4, 8) // np.where(b == side // 2, 2, 1)

@@ -1,1 +1,1 @@
-"""Draws plots of runs of 2D worlds; computes nothing."""
+"""Draws plots of runs of 2D worlds from computed content."""

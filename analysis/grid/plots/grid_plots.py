@@ -19,7 +19,7 @@ from analysis.plots.labels import LINE_IN, wrapped
 from foundry.palette import BASELINE
 
 _NUMBERED = 30
-"""Maximum number of agents for which each agent gets its name."""
+"""Up to this number of agents, each agent's id is written beside it."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class CascadeTree:
     """How each agent of a run learnt of a fire.
 
     Attributes:
-        rows: agents in a chain, from top to bottom, sorted by chain.
-        since: step at which each of these agents joined a chain, by agent: it learnt of a fire, or it warned without
-            having learnt of one.
-        direct: agents that saw a fire themselves.
+        rows: agents from top to bottom, each below the agent that warned it.
+        since: step at which each of these agents learnt of a fire; for an agent that warned others before it learnt of
+            any, the step of its warning.
+        direct: agents that saw a fire before any warning.
         unfounded: agents that warned others before they learnt of any fire.
         informed: number of agents that learnt of a fire.
     """
@@ -57,7 +57,10 @@ class CascadeTree:
 
 
 def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
-    """Draw each agent at its step of learning: filled if it saw a fire, hollow if it was told, a cross if neither."""
+    """Draw each agent at the step in which it learnt of a fire, with lines for first warnings.
+
+    A filled dot saw a fire, a hollow dot was told, a cross warned without having learnt of a fire.
+    """
     colour = tree.shown.colour
     place = {agent: -row for row, agent in enumerate(tree.rows)}
     for edge in tree.edges:
@@ -79,17 +82,18 @@ def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
 
 
 def cascade_height(tree: CascadeTree) -> float:
-    """Return the height of the plot of a tree, inches."""
+    """Return the height of a tree's panel, inches."""
     return 0.6 + 0.13 * wrapped(tree.shown.label, 44).count("\n") + max(0.25, 0.125 * len(tree.rows))
 
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """Agents of a group that are not yet warned, or still present.
+    """Share of the agents of a group that are not yet warned, or still present.
 
     Attributes:
-        remaining: mean share over runs at steps 0..T, (T + 1,); the Kaplan-Meier estimate if agents are censored.
+        remaining: mean share over runs after steps 0..T, (T + 1,); the Kaplan-Meier estimate if agents are censored.
         low: lower end of its interval over runs, (T + 1,); NaN where undefined.
+        high: upper end of this interval.
     """
 
     shown: Shown
@@ -100,12 +104,12 @@ class SurvivalCurve:
 
     @property
     def label(self) -> str:
-        """Its name in the legend, split into lines."""
+        """Name of the curve in the legend, split into lines."""
         return wrapped(f"{self.shown.label} (n={self.runs})", 40)
 
 
 def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes:
-    """Draw a falling line per group, with its band over runs; `label` names the share."""
+    """Draw a falling line per group, with a band for the interval over runs; `label` names the vertical axis."""
     for curve in curves:
         steps = np.arange(len(curve.remaining))
         look = style.line(curve.shown.index, baseline=curve.shown.baseline)
@@ -120,16 +124,12 @@ def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes
 
 _MAPS_A_ROW = 3
 _SCALED = 0.95
-"""Share of the visited cells that lie within the colour scale of the maps."""
-
-
-def _map_rows(count: int) -> int:
-    return math.ceil(count / _MAPS_A_ROW)
+"""The colour scale of the maps ends at this quantile of the visited cells."""
 
 
 def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
     """Return a figure with a square panel for each label, three in a row."""
-    rows, columns = _map_rows(len(labels)), min(len(labels), _MAPS_A_ROW)
+    rows, columns = math.ceil(len(labels) / _MAPS_A_ROW), min(len(labels), _MAPS_A_ROW)
     side = 0.95 * style.width() / max(columns, 2)
     figure = new_figure(rows * (side + map_titles(labels) * LINE_IN) + extra)
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
@@ -139,7 +139,7 @@ def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
 
 
 def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
-    """Return the maps of each group's positions, on one colour scale."""
+    """Return a figure with a map of each group's positions, all on one colour scale."""
     figure, panels = _maps([found.shown.label for found in maps], extra=0.45)
     models = [found.share for found in maps if not found.shown.baseline] or [found.share for found in maps]
     visited = np.concatenate([share[share > 0] for share in models])
@@ -163,7 +163,7 @@ def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
 
 
 def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
-    """Return the paths of the agents in one run of each group."""
+    """Return a figure of the agents' paths in one run of each group."""
     figure, panels = _maps([shown.label for shown, _ in runs], extra=0.05)
     for ax, (shown, run) in zip(panels, runs, strict=True):
         draw_paths(ax, shown, run)
@@ -171,7 +171,7 @@ def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
 
 
 def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warned (share)") -> Figure:
-    """Return the share of agents not yet warned, or the share that `label` names, by group."""
+    """Return a figure with a falling line per group; `label` names the share."""
     below = sum(curve.label.count("\n") + 1 for curve in curves)
     figure = new_figure(2.2 + 0.15 * below)
     draw_survival(figure.add_subplot(), curves, label)
@@ -179,7 +179,7 @@ def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warne
 
 
 def cascade_figure(trees: Sequence[CascadeTree]) -> Figure:
-    """Return who warned whom in one run of each group."""
+    """Return a figure of the chains of warnings in one run of each group."""
     figure, panels = stacked([cascade_height(tree) for tree in trees])
     for ax, tree in zip(panels, trees, strict=True):
         draw_cascade(ax, tree)

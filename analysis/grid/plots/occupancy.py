@@ -1,4 +1,4 @@
-"""Maps of the agents' positions, and their paths."""
+"""Draws maps of the agents' positions, and their paths."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ MAP_TITLE_WIDTH = 17
 
 @dataclass(frozen=True)
 class OccupancyMap:
-    """Positions of the agents of a group.
+    """How much of the time the agents of a group spend in each cell.
 
     Attributes:
-        share: share of all agent-steps by row and column of the grid, lowest row first, (W, W).
+        share: share of all agent-steps, by row and column of the grid, lowest row first, (W, W).
     """
 
     shown: Shown
@@ -32,12 +32,14 @@ class OccupancyMap:
 
 
 def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
-    """Draw a map, darker for frequent cells; `most` is the share at the end of the colour scale.
+    """Draw a map, darker for frequent cells, and return its image for a colour bar.
 
-    Colours follow the square root, so small shares stay visible.
+    Colours follow the square root of the share, so that small shares stay visible.
 
-    Returns:
-        The image, for its colour bar.
+    Args:
+        ax: where to draw.
+        found: the map.
+        most: share at the end of the colour scale.
     """
     from matplotlib.colors import PowerNorm
 
@@ -70,7 +72,7 @@ def draw_paths(ax: Axes, shown: Shown, run: GridRun) -> Axes:
 
 
 def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
-    """Draw the outlines of places, walls and exits, and fires as crosses with their reach."""
+    """Draw walls, exits, the outlines of places, and fires as crosses with a ring at their radius."""
     from matplotlib.patches import Circle, Rectangle
 
     for (x, y), (other_x, other_y) in world.walls:

@@ -1,10 +1,9 @@
 """Clustering: how close together agents are, and which agents can hear each other.
 
-The start, state 0, never counts, because the world draws it.
+State 0, the start, never counts, because the seed draws it.
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -20,7 +19,7 @@ DRAWS = 999
 """Number of random placements in a null."""
 
 _PAIRS = 2**20
-"""Maximum number of pairs of agents in memory."""
+"""Maximum number of pairs of agents that are in memory at the same time."""
 
 _SEED = 1954
 """Seed of every null, so that every machine gets the same results."""
@@ -28,13 +27,13 @@ _SEED = 1954
 
 @dataclass(frozen=True)
 class Closeness:
-    """Closeness of the agents in each state, (S,) each.
+    """Measures of how close the agents are in each state, (S,) each.
 
     Attributes:
         nearest: mean over agents of the Euclidean distance to the nearest other agent, cells.
-        pairs: pairs within the radius / pairs. Multiplied by the area of the grid, it is Ripley's K without edge
-            correction.
-        ripley: Ripley's K at the radius, edges corrected by translation, cells squared.
+        pairs: share of the pairs of agents that are within the radius. Multiplied by the area of the grid, it is
+            Ripley's K without edge correction.
+        ripley: Ripley's K at the radius with translation edge correction, cells squared.
     """
 
     nearest: FloatArray
@@ -44,12 +43,12 @@ class Closeness:
 
 @dataclass(frozen=True)
 class Placements:
-    """Closeness of randomly placed agents, over DRAWS placements.
+    """Measures of how close agents are that are placed at random, over DRAWS placements.
 
     Attributes:
-        nearest: mean of the mean distance to the nearest other agent, cells.
-        deviation: standard deviation of `nearest` over the placements, ddof 0.
-        besag: mean of Besag's L(r) - r, cells.
+        nearest: mean distance to the nearest other agent, over agents and placements, cells.
+        deviation: standard deviation over placements of this mean over agents, ddof 0.
+        besag: mean over placements of Besag's L(r) - r, cells.
     """
 
     nearest: float
@@ -58,21 +57,18 @@ class Placements:
 
 
 def closeness(x: IntArray, y: IntArray, side: int, radius: float) -> Closeness:
-    """Return the closeness of agents in each state.
+    """Return how close the agents are in each state.
 
     Args:
         x: columns by state and agent, (S, N), N >= 2.
         y: rows, same shape.
-        side: cells along each axis of the grid, which is the window.
-        radius: scale of Ripley's K, cells.
+        side: number of cells along each axis of the grid.
+        radius: radius at which Ripley's K is computed, cells.
     """
-    parts = [_closeness(x[part], y[part], side, radius) for part in _parts(*x.shape)]
+    size = max(1, _PAIRS // x.shape[1] ** 2)
+    starts = range(0, len(x), size)
+    parts = [_closeness(x[start : start + size], y[start : start + size], side, radius) for start in starts]
     return Closeness(*(np.concatenate(each) for each in zip(*parts, strict=True)))
-
-
-def _parts(states: int, agents: int) -> Iterator[slice]:
-    size = max(1, _PAIRS // agents**2)
-    return (slice(start, start + size) for start in range(0, states, size))
 
 
 def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -83,7 +79,7 @@ def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[Floa
     squared[:, agents, agents] = np.iinfo(np.int32).max
     nearest = np.sqrt(squared.min(axis=2)).mean(axis=1)
     near = np.flatnonzero(squared <= radius**2)
-    # Translation correction: a pair is weighted by the part of the window to which it can be shifted as a whole.
+    # Translation correction: a pair counts more if it can be shifted as a whole to fewer positions on the grid.
     kept = (side - wide.ravel()[near]) * (side - high.ravel()[near])
     pairs, state = len(agents) * (len(agents) - 1), near // len(agents) ** 2
     weights = np.bincount(state, weights=side**2 / kept, minlength=len(x))
@@ -91,13 +87,13 @@ def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[Floa
 
 
 def besag(ripley: FloatArray, radius: float) -> FloatArray:
-    """Return Besag's L(r) - r of Ripley's K at r, cells; same shape. 0 for random points, above 0 clustered."""
+    """Return Besag's L(r) - r, computed from Ripley's K at r, cells; 0 for random points, above 0 if clustered."""
     return np.asarray(np.sqrt(ripley / math.pi) - radius)
 
 
 @lru_cache(maxsize=64)
 def random_placements(agents: int, side: int, radius: float) -> Placements:
-    """Return the closeness of agents placed at random, each cell equally likely, several agents per cell allowed."""
+    """Return how close agents are if each is placed in a random cell; several agents may share a cell."""
     rng = seeding.stream(_SEED, "random placements")
     x, y = rng.integers(side, size=(2, DRAWS, agents))
     found = closeness(x, y, side, radius)
@@ -119,11 +115,11 @@ MEASURES = {
     "nni": Measure("Nearest-neighbour index (1: as random placements)", low=0, null=Null(1, _ANYWHERE)),
     "nni_z": Measure("Nearest-neighbour distance (standard deviations from random)", null=Null(0, _ANYWHERE)),
     "nni_donnelly": Measure("Nearest-neighbour index, Donnelly's edge correction", low=0),
-    "nni_naive": Measure("Nearest-neighbour index, no edge correction", low=0),
+    "nni_naive": Measure("Nearest-neighbour index without edge correction", low=0),
     "pairs_in_reach": share("Pairs within the communication distance (share)"),
     "ripley": Measure("Ripley's K at the communication distance (cells squared)", low=0),
     "besag": Measure("Besag's L(r) - r at the communication distance (cells)"),
-    "besag_excess": Measure("Besag's L(r) beyond random placements (cells)", null=Null(0, _ANYWHERE)),
+    "besag_excess": Measure("Besag's L(r) minus its mean over random placements (cells)", null=Null(0, _ANYWHERE)),
 }
 
 HEADLINE = ("largest_group", "isolated", "nni")
@@ -134,38 +130,38 @@ _DONNELLY = (0.0514, 0.0412)
 def measure(run: GridRun) -> dict[str, float]:
     """Return the clustering of a run; all measures are NaN with fewer than two agents.
 
-    In worlds with walls, or with agents that come and go, only largest_group, groups and isolated are measured, over
+    In worlds with walls, or with agents that come and go, only largest_group, groups and isolated are measured, among
     the present agents.
 
     Means over states are weighted by the number of counted decisions that led to each state. Distances are Euclidean,
     as in the world.
 
-    - largest_group: agents in the largest connected component of the graph of recorded neighbours (who can hear
-      whom) / N. Mean over states 1..T-1, for which neighbours are recorded; 1/N..1. NaN with one step.
+    - largest_group: agents in the largest connected component of the graph of recorded neighbours (agents that can hear
+      each other) / N. Mean over states 1..T-1, for which neighbours are recorded; 1/N..1. NaN with one step.
     - groups: number of components with two agents or more, averaged in the same way; 0..N/2.
     - isolated: agents without neighbours / agents, pooled over the same states and over agents whose own counted
       decision led there; 0..1.
-    - nni: d_obs / mean of d_sim, with d the mean over agents of the distance to the nearest other agent. d_sim is d in
-      999 random placements under the world's rules: each cell equally likely, several agents per cell allowed. Runs
-      with the same N and the same grid use the same placements. Mean over states 1..T; 0 (all in one cell) up. Below 1
-      the agents are clustered, at 1 random, above 1 regularly spaced. Source: Clark and Evans 1954, with a Monte Carlo
-      expectation, since no formula holds for points on a grid.
+    - nni: d_obs / mean of d_sim. d is the distance to the nearest other agent, as mean over agents. d_sim is d in 999
+      random placements: each cell is equally likely, and several agents may share a cell. Runs with the same N and the
+      same grid use the same placements. Mean over states 1..T; from 0 (all in one cell). Below 1 the agents are
+      clustered, at 1 random, above 1 regularly spaced. Source: Clark and Evans 1954, with a Monte Carlo expectation,
+      since no formula holds for points on a grid.
     - nni_z: (d_obs - mean of d_sim) / standard deviation of d_sim (ddof 0), averaged in the same way; a negative value
       means clustered.
     - nni_donnelly: d_obs over its expectation for points in a continuous rectangle of area W*H with Donnelly's edge
       correction, averaged in the same way. Source: Donnelly 1978.
     - nni_naive: nni_donnelly without the correction; about 1.1 to 1.25 for random positions on small grids.
-    - pairs_in_reach: pairs of agents within r of each other / pairs, averaged in the same way; 0..1; r is the
-      communication distance, ignoring walls of places. Multiplied by the area A of the grid, it is Ripley's K(r)
-      without edge correction.
+    - pairs_in_reach: pairs of agents within the communication distance r of each other / pairs, averaged in the same
+      way; 0..1. Whether the two are in the same place does not matter. Multiplied by the area A of the grid, it is
+      Ripley's K(r) without edge correction.
     - ripley: K(r) = A / (N (N - 1)) * sum over ordered pairs within r of A / ((W - |dx|)(H - |dy|)), cells squared,
-      averaged in the same way; 0 up. It has the translation edge correction. Source: Ripley 1977, Ohser 1983.
-    - besag: sqrt(K / pi) - r, cells, averaged in the same way; -r up; above 0 the agents are clustered at the scale r.
-      Source: Besag 1977.
+      averaged in the same way; from 0. It has the translation edge correction. Source: Ripley 1977, Ohser 1983.
+    - besag: sqrt(K / pi) - r, cells, averaged in the same way; from -r. Above 0 the agents are clustered at the scale
+      r. Source: Besag 1977.
     - besag_excess: besag minus its mean over the random placements, cells. This removes the effect of the grid: a disc
       of cells is not round.
 
-    Denominators: n_states (states with weight), n_group_states (states for the groups; NaN if 0), n_isolation
+    Denominators: n_states (states with weight), n_group_states (states in which groups are measured), n_isolation
     (agent-states).
     """
     nothing = dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
@@ -211,7 +207,10 @@ def _indices(run: GridRun) -> dict[str, float]:
 
 
 def expected_distance(agents: int, width: float, height: float, *, corrected: bool = True) -> float:
-    """Return the mean nearest-neighbour distance of random points in a rectangle, by Donnelly if `corrected`."""
+    """Return the expected mean distance to the nearest neighbour for random points in a rectangle.
+
+    If `corrected`, it has Donnelly's edge correction (Donnelly 1978).
+    """
     naive = 0.5 * math.sqrt(width * height / agents)
     if not corrected:
         return naive
@@ -220,7 +219,7 @@ def expected_distance(agents: int, width: float, height: float, *, corrected: bo
 
 
 def _components(nodes: int, one: IntArray, other: IntArray) -> IntArray:
-    """Return the least node of each node's connected component (nodes,), for edges between nodes (K,) and (K,)."""
+    """Return for each node the lowest node of its connected component, (nodes,); edge k joins one[k] and other[k]."""
     labels = np.arange(nodes)
     while True:
         before = labels.copy()
@@ -233,15 +232,13 @@ def _components(nodes: int, one: IntArray, other: IntArray) -> IntArray:
 
 
 def group_shape(contacts: IntArray, there: BoolArray) -> FloatArray:
-    """Return the groups before each step's move.
+    """Return the size of the largest group, as a share of the present agents, and the number of groups, (T, 2).
+
+    A group is a connected component before the move of a step; for the number, groups of two agents or more count.
 
     Args:
         contacts: rows (1-based step, agent, neighbour), (K, 3).
-        there: presence of the agents, (T, N).
-
-    Returns:
-        (T, 3): largest component, components of two or more, isolated agents; the first and the last as shares of
-        present agents.
+        there: whether each agent is present, (T, N).
     """
     steps, agents = there.shape
     first = (contacts[:, 0] - 1) * agents
@@ -250,5 +247,4 @@ def group_shape(contacts: IntArray, there: BoolArray) -> FloatArray:
     sizes = np.bincount(labels, minlength=1)[labels].reshape(steps, agents).astype(np.float64)
     sizes, present = np.where(there, sizes, 0), np.maximum(there.sum(axis=1), 1)
     grouped = np.where(sizes > 1, 1 / np.maximum(sizes, 1), 0.0).sum(axis=1)
-    isolated = (sizes == 1).sum(axis=1)
-    return np.column_stack([sizes.max(axis=1) / present, np.round(grouped), isolated / present])
+    return np.column_stack([sizes.max(axis=1) / present, np.round(grouped)])

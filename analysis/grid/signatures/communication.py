@@ -25,7 +25,7 @@ MEASURES = {
     "audience": Measure("Hearers per message", low=0),
     "length": Measure("Length of a message (characters)", low=0, says="writes {longer|shorter} messages"),
     "variety": share("Pairs of messages with different texts (share)", says="says {more|less} varied things"),
-    "distinct_share": share("Distinct texts (share of messages)"),
+    "distinct_share": share("Different texts (share of messages)"),
 }
 
 HEADLINE = ("delivered", "conditional_rate", "length", "variety")
@@ -35,25 +35,23 @@ _FEWEST_MESSAGES = 3
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the communication of a run; a message counts as said even without hearers.
+    """Return the communication of a run, over the counted decisions on messages.
 
-    A message counts as delivered once per hearer.
-
-    The decisions are those of message calls.
+    A message counts as said even if nobody hears it, and as delivered once per hearer.
 
     - delivered: deliveries / decisions; 0..N-1.
     - rate: messages / decisions; 0..1.
     - conditional_rate: messages at decisions with a neighbour / decisions with a neighbour; 0..1. NaN without such
       decisions.
     - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
-    - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
-    - burstiness: B = (r - 1) / (r + 1), with r = sd / mean (ddof 0) of the steps between an agent's messages; -1
-      (regular)..1. Mean over the agents with at least three messages; NaN without such agents. Source: Goh and Barabasi
-      2008.
+    - gini: Gini coefficient of the number of messages per agent; 0 (equal)..1 - 1/N. NaN without messages.
+    - burstiness: B = (r - 1) / (r + 1), where r is the standard deviation (ddof 0) of the steps between an agent's
+      messages, divided by their mean; -1 (regular)..1. Mean over the agents with at least three messages; NaN without
+      such agents. Source: Goh and Barabasi 2008.
     - burstiness_finite: burstiness corrected for n intervals (Kim and Jo 2016): (sqrt(n+1) r - sqrt(n-1)) / ((sqrt(n+1)
       - 2) r + sqrt(n-1)).
-    - reciprocity: directed links (sender to hearer, in any step) with a link back / links; 0..1. NaN without
-      deliveries.
+    - reciprocity: links with a link in the other direction / links; 0..1. A link leads from a sender to an agent that
+      hears it in any step. NaN without deliveries.
     - audience: deliveries / messages; 0..N-1. NaN without messages.
     - length: mean length of a message, Unicode characters. NaN without messages.
     - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
@@ -68,6 +66,8 @@ def measure(run: GridRun) -> dict[str, float]:
     by_agent, present = spoke.sum(axis=0), counted.any(axis=0)
     messages, texts = int(by_agent.sum()), run.said[spoke].tolist()
     deliveries = run.deliveries[counted[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+    links = np.zeros((run.agents, run.agents), dtype=np.bool_)
+    links[deliveries[:, 1], deliveries[:, 2]] = True
     return {
         "delivered": ratio(len(deliveries), int(counted.sum())),
         "rate": ratio(messages, int(counted.sum())),
@@ -75,7 +75,8 @@ def measure(run: GridRun) -> dict[str, float]:
         "silent_share": ratio(int((by_agent == 0)[present].sum()), int(present.sum())),
         "gini": gini(by_agent),
         **_rhythm(spoke),
-        **_links(deliveries, run.agents),
+        "reciprocity": ratio(int((links & links.T).sum()), int(links.sum())),
+        "n_links": float(links.sum()),
         "audience": ratio(len(deliveries), messages),
         "length": mean(len(text) for text in texts),
         "variety": variety(list(Counter(texts).values())),
@@ -98,29 +99,11 @@ def _rhythm(spoke: BoolArray) -> dict[str, float]:
     }
 
 
-def _links(deliveries: IntArray, agents: int) -> dict[str, float]:
-    links = np.zeros((agents, agents), dtype=np.bool_)
-    links[deliveries[:, 1], deliveries[:, 2]] = True
-    return {"reciprocity": reciprocity(links), "n_links": float(links.sum())}
-
-
 def burstiness(times: IntArray, *, finite: bool = False) -> float:
-    """Return the burstiness of event times, -1..1; NaN with fewer than two intervals.
-
-    Args:
-        times: ascending event times, (n + 1,).
-        finite: whether to correct for the number of intervals n.
-    """
+    """Return the burstiness of ascending event times (n + 1,), -1..1; `finite` corrects for their number."""
     gaps = np.diff(times).astype(np.float64)
-    if len(gaps) < _FEWEST_MESSAGES - 1:
-        return math.nan
     spread = float(gaps.std() / gaps.mean())
     if not finite:
         return (spread - 1) / (spread + 1)
     above, below = math.sqrt(len(gaps) + 1), math.sqrt(len(gaps) - 1)
     return (above * spread - below) / ((above - 2) * spread + below)
-
-
-def reciprocity(links: BoolArray) -> float:
-    """Return the share of directed links with a link back; links from row to column (N, N); NaN without links."""
-    return ratio(int((links & links.T).sum()), int(links.sum()))

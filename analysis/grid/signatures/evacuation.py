@@ -1,4 +1,4 @@
-"""Evacuation: how many agents get out, when, and by which exits; times are compared with a lower bound."""
+"""Evacuation: how many agents get out, when, and by which exits; times are compared with the shortest possible."""
 
 import math
 from functools import lru_cache
@@ -18,9 +18,9 @@ NO_WAY = -1
 
 @lru_cache(maxsize=16)
 def exit_steps(world: GridSettings) -> IntArray:
-    """Return the fewest steps to each exit from every cell, NO_WAY if unreachable; x first, (E, W, W).
+    """Return the fewest steps from every cell to each of E exits, (E, W, W), indexed by exit, x and y.
 
-    Paths lead around walls and other exits; a move onto a cell of an exit leaves the world.
+    It is NO_WAY if no path leads to the exit. Paths lead around walls and around other exits.
     """
     half = world.half_size
     fields = []
@@ -36,16 +36,16 @@ def exit_steps(world: GridSettings) -> IntArray:
 
 
 def start_distances(run: GridRun) -> IntArray:
-    """Return the fewest steps to each exit from each agent's start, NO_WAY if unreachable, (E, N)."""
+    """Return the fewest steps from each agent's start to each exit, (E, N); NO_WAY if no path leads there."""
     half = run.world.half_size
     return exit_steps(run.world)[:, run.x[0] + half, run.y[0] + half]
 
 
 def soonest(run: GridRun) -> FloatArray:
-    """Return the first step after which 1, 2, ... initial agents can be out, inf where impossible.
+    """Return the first step after which 1, 2, ..., N of the initial agents can be out, (N,); inf where impossible.
 
-    It is a lower bound for every policy, (N,). In each step an exit lets out at most its capacity, and nobody arrives
-    before the shortest path allows. Crowds, fires and ignorance of the way can only delay agents.
+    It is a lower bound for every policy. In each step an exit lets out at most its capacity, and nobody arrives before
+    the shortest path allows. Crowds, fires and ignorance of the way can only delay agents.
     """
     distances = start_distances(run)[:, : run.world.agents].T
     far = np.where(distances == NO_WAY, FAR, distances).tolist()
@@ -62,17 +62,17 @@ MEASURES = {
     "lost": share("Agents that died (share)", better=LOW),
     "time_50": Measure("Step by which half are out", low=1, better=LOW),
     "time_90": Measure("Step by which nine in ten are out", low=1, better=LOW),
-    "lower_bound": Measure("Soonest step by which nine in ten can be out", low=1),
-    "lower_bound_50": Measure("Soonest step by which half can be out", low=1),
-    "over_bound": Measure("Time until nine in ten are out, over the soonest possible", low=1, better=LOW),
-    "over_bound_50": Measure("Time until half are out, over the soonest possible", low=1, better=LOW),
+    "lower_bound": Measure("First step by which nine in ten can be out", low=1),
+    "lower_bound_50": Measure("First step by which half can be out", low=1),
+    "over_bound": Measure("Time until nine in ten are out / shortest possible time", low=1, better=LOW),
+    "over_bound_50": Measure("Time until half are out / shortest possible time", low=1, better=LOW),
     "share_*": share("Left by * (share of those out)"),
     "nearest": share("Left by the nearest exit (share)"),
     "with_leaders": share("Left by the exit that most leaders used (share of the others)"),
     "least_crowded": share("Left by a least crowded exit (share)"),
-    "herding": Measure("Same exit, beyond the nearest (difference)", -1, 1),
-    "path_efficiency": share("Shortest path over steps taken, waits included"),
-    "path_efficiency_moving": share("Shortest path over moves made"),
+    "herding": Measure("Pairs that use the same exit, minus pairs with the same nearest exit (share)", -1, 1),
+    "path_efficiency": share("Shortest path / steps taken, waits included"),
+    "path_efficiency_moving": share("Shortest path / moves made"),
     "warned": share("Heard a warning before leaving (share of those out)"),
     "warnings_heard": Measure("Warnings heard before leaving (mean of those out)", low=0),
 }
@@ -80,7 +80,7 @@ MEASURES = {
 HEADLINE = ("out", "time_50", "over_bound", "nearest", "path_efficiency")
 
 AT_IT = 2
-"""Columns and rows from an exit's cell within which an agent counts as at the exit."""
+"""An agent is near an exit if it is at most this number of columns and rows away from a cell of the exit."""
 
 
 def applies(run: GridRun) -> bool:
@@ -89,29 +89,29 @@ def applies(run: GridRun) -> bool:
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the evacuation of a run with exits; N agents at the start.
+    """Return the evacuation of a run in a world with exits; N is the number of agents at the start.
 
     - out: agents that left by an exit / N; 0..1. lost: agents that died / N; 0..1.
     - time_50, time_90: first step after which ceil(N/2), ceil(9N/10) agents are out; NaN (censored) if that never
       happens.
-    - lower_bound, lower_bound_50: the first step by which as many agents as for time_90, time_50 can be out. Agents
-      take the shortest ways round walls from their starts, and an exit lets out at most its capacity per step. NaN if
-      too few agents have a way out.
-    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN if too few get out, so show
-      `out` with them.
+    - lower_bound, lower_bound_50: the first step by which as many agents as for time_90, time_50 can be out, if all
+      take the shortest ways round walls and an exit lets out at most its capacity per step. NaN if too few agents have
+      a way out.
+    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; from 1. NaN if too few agents get out,
+      so show `out` with them.
 
     Over agents that got out; NaN without any:
 
     - share_<exit>: agents that left by this exit / out; 0..1.
     - nearest: agents that left by the exit nearest to their start, ties included / out; 0..1.
-    - with_leaders: agents, leaders excluded, that left by the most frequent exit of leaders (the first, if tied) /
-      agents that got out, leaders excluded; 0..1. NaN if no leader got out.
+    - with_leaders: among the agents other than leaders, those that left by the exit that most leaders used (the first,
+      if tied) / those that got out; 0..1. NaN if no leader got out.
     - least_crowded: agents that left by an exit with the fewest agents near it / out; 0..1. An agent is near an exit if
-      it is within AT_IT columns and rows. The agents are counted halfway through the agent's steps, at reachable exits
-      only.
-    - herding: chance that two agents left by the same exit, minus this chance if each had taken its nearest exit (the
-      first, if tied); -1..1. It is 0 if agents take the nearest exit, and above 0 if they follow the crowd. NaN below
-      two agents.
+      it is within AT_IT columns and rows. The agents near each exit are counted once, halfway through the steps that
+      the agent took to leave, at the exits that it can reach.
+    - herding: share of the pairs of agents that left by the same exit, minus this share if each had taken its nearest
+      exit (the first, if tied); -1..1. It is 0 if agents take the nearest exit, and above 0 if they follow the crowd.
+      NaN below two agents.
     - path_efficiency: shortest path from the start to the exit / steps taken; mean; above 0..1. path_efficiency_moving:
       shortest path / moves made.
     - warned: agents that received a warning (as in `warning`) before the step in which they left / out; 0..1.
@@ -143,7 +143,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
-    """Return the actual times and their lower bounds; `left_at` holds the steps in which agents left, ascending."""
+    """Return the times until enough agents are out, and their lower bounds; `left_at` holds ascending steps, (n,)."""
     soon, found = soonest(run), dict[str, float]()
     for share_out, suffix in ((0.9, ""), (0.5, "_50")):
         leaving = math.ceil(share_out * run.world.agents - 1e-9)
@@ -154,7 +154,14 @@ def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
 
 
 def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -> dict[str, float]:
-    """Return the measures of the choice of exits; `who` are the agents that got out, `taken` their exits, (n,)."""
+    """Return the measures of the choice of exits.
+
+    Args:
+        run: the run.
+        who: ids of the agents that got out, (n,).
+        taken: index of the exit that each of them took, (n,).
+        distances: fewest steps from each agent's start to each exit, (E, N).
+    """
     far = np.where(distances == NO_WAY, np.iinfo(np.int64).max, distances)[:, who]
     nearest = far.argmin(axis=0) if len(who) else taken
     leaders = who < (0 if run.world.leaders is None else run.world.leaders.number)
@@ -169,13 +176,13 @@ def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -
 
 
 def _same(taken: IntArray) -> float:
-    """Return the chance that two agents used the same exit; NaN below two."""
+    """Return the share of the pairs of agents with the same exit; NaN below two agents."""
     counts = np.bincount(taken) if len(taken) else np.zeros(1, dtype=np.int64)
     return ratio(int((counts * (counts - 1)).sum()), len(taken) * (len(taken) - 1))
 
 
 def _least_crowded(run: GridRun, who: IntArray, taken: IntArray, steps: IntArray) -> FloatArray:
-    """Return for each agent that got out whether its exit was among the least crowded halfway, 0 or 1, (n,)."""
+    """Return 1 for each agent that got out by an exit that was among the least crowded halfway, or else 0, (n,)."""
     half = run.world.half_size
     states = steps // 2
     at = np.array([_crowd(run, state) for state in range(int(states.max(initial=0)) + 1)])

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import entropy, mean
 from analysis.grid.grid_run import GridRun
 from analysis.grid.walker import expected_cells
@@ -15,7 +14,7 @@ NAME = "exploration"
 MEASURES = {
     "coverage": share("Visited cells (share of reachable cells, mean of agents)", says="visits {more|fewer} cells"),
     "group_coverage": share("Cells visited by anyone (share of the grid)"),
-    "unique_ratio": share("New cells per state"),
+    "unique_ratio": share("Different cells (share of states)"),
     "walker_ratio": Measure(
         "Different cells, relative to a random walker from the same start",
         low=0,
@@ -30,7 +29,7 @@ HEADLINE = ("coverage", "walker_ratio", "group_coverage", "gyration")
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the exploration of a run, mean over agents.
+    """Return the exploration of a run; measures of single agents are means over agents.
 
     An agent's states are its start and the states after its counted decisions; T is the number of these decisions.
 
@@ -42,47 +41,32 @@ def measure(run: GridRun) -> dict[str, float]:
       the same start, and every legal move is equally likely. The expectation is exact: the sum over all cells of the
       probability of a visit, edges included. NaN in a world with walls. Source of the quantity: Dvoretzky and Erdos
       1951.
-    - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1. NaN on one cell.
-    - gyration: root mean square distance of an agent's states from their mean, cells; 0 up.
-    - revisit_rate: share of states in a cell visited before, 1 - unique_ratio; 0..1.
+    - visit_entropy: entropy (bits) of the distribution of an agent's states over the cells / log2 of the number of
+      cells of the grid; 0..1. NaN on a grid of one cell.
+    - gyration: root mean square distance between an agent's states and their mean position, cells; from 0.
+    - revisit_rate: share of states in a cell that the agent had visited before, 1 - unique_ratio; 0..1.
 
-    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Other values are always defined.
+    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1).
     Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
     """
     kept = np.vstack([np.zeros(run.agents, dtype=np.bool_), run.counted])
-    kept[run.first, np.arange(run.agents)] = True
-    cell = (run.x + run.world.half_size) * run.world.width + run.y + run.world.half_size
+    start, half_size = (run.first, np.arange(run.agents)), run.world.half_size
+    kept[start] = True
+    cell = (run.x + half_size) * run.world.width + run.y + half_size
     cells, states = run.world.cells, kept.sum(axis=0)
     visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, kept.T, strict=True)]
     unique = np.array([len(counts) for counts in visits])
     # The closed form holds for the open square.
-    expected = np.nan if run.world.walls else expected_cells(*_starts(run), states - 1, run.world.half_size)
+    expected = np.nan if run.world.walls else expected_cells(run.x[start], run.y[start], states - 1, half_size)
     return {
         "coverage": mean(unique / cells),
         "group_coverage": len(np.unique(cell[kept])) / cells,
         "unique_ratio": mean(unique / states),
         "walker_ratio": mean(unique / expected),
-        "visit_entropy": mean(visit_entropy(counts, cells) for counts in visits),
-        "gyration": mean(_gyrations(run.x, run.y, kept)),
+        "visit_entropy": mean(entropy(counts) / math.log2(cells) for counts in visits) if cells > 1 else math.nan,
+        "gyration": mean(np.sqrt(np.var(run.x, axis=0, where=kept) + np.var(run.y, axis=0, where=kept))),
         "revisit_rate": mean(1 - unique / states),
         "n_agents": float(run.agents),
         "n_states": mean(states),
         "n_cells": float(cells),
     }
-
-
-def _starts(run: GridRun) -> tuple[IntArray, IntArray]:
-    """Return the column and the row of each agent's first state, (N,) each."""
-    agents = np.arange(run.agents)
-    return run.x[run.first, agents], run.y[run.first, agents]
-
-
-def visit_entropy(visits: IntArray, cells: int) -> float:
-    """Return the entropy of visits by cell (k,) over its maximum, equally many visits to each reachable cell, 0..1."""
-    return entropy(visits) / math.log2(cells) if cells > 1 else math.nan
-
-
-def _gyrations(x: IntArray, y: IntArray, kept: BoolArray) -> FloatArray:
-    """Return the radius of gyration of each agent, cells, (N,); `kept` marks the states that count, (T + 1, N)."""
-    spread = np.var(x, axis=0, where=kept) + np.var(y, axis=0, where=kept)
-    return np.asarray(np.sqrt(spread))

@@ -1,7 +1,7 @@
 """Hazard sensitivity: whether agents move away from a perceived fire, and how soon.
 
 A decision is exposed if the agent perceives a fire before it. Distances to fires are Euclidean. A step leads away if
-the distance to the nearest perceived fire grows. On this grid every move changes the distance to a single fire.
+the distance to the nearest perceived fire grows. Every move on the grid changes the distance to a fire.
 """
 
 import math
@@ -23,15 +23,15 @@ _STEEPEST = 20.0
 
 
 def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray) -> FloatArray:
-    """Return the log odds per unit of each covariate at maximum likelihood, (c,), by Newton's method.
+    """Return the maximum likelihood estimate of each covariate's log odds per unit, (c,), by Newton's method.
 
-    P(option) is proportional to exp(beta . covariates) among the offered options. A covariate that is equal for all
-    options of every choice gets NaN. All covariates get NaN if they cannot be separated, or if they predict the choice
-    perfectly, so that the likelihood has no maximum. Source: McFadden 1974.
+    The probability of an offered option is proportional to exp(beta . covariates). A covariate that never differs
+    between the options of a choice gets NaN. All covariates get NaN if their effects cannot be told apart, or if they
+    predict every choice perfectly, since the likelihood then has no maximum. Source: McFadden 1974.
 
     Args:
-        options: covariates of every option, (n, k, c); options not offered may hold any finite value.
-        offered: whether the option was available, (n, k).
+        options: covariates of every option, (n, k, c); any finite value for an option that was not offered.
+        offered: whether the option was offered, (n, k).
         chosen: index of the chosen option, (n,).
     """
     beta = np.full(options.shape[2], np.nan)
@@ -46,7 +46,7 @@ def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray)
 
 
 def _newton(relative: FloatArray, offered: BoolArray) -> FloatArray:
-    """Return the fit; `relative` holds the covariates minus the chosen option's covariates, (n, k, c)."""
+    """Return the estimates, (c,); `relative` holds the covariates minus those of the chosen option, (n, k, c)."""
     covariates = relative.shape[2]
     beta, failed = np.zeros(covariates), np.full(covariates, np.nan)
     for _ in range(_ROUNDS):
@@ -72,49 +72,44 @@ _IGNORES = "goes and stays without regard to fires, whatever its habits"
 _BLIND = "draws each step independently, without regard to fires"
 _UNBIASED = "draws each step independently, with equal directions, and stays with any probability"
 _AWAY = "steps away from fires {more|less}"
+_TWIN = "its value in the same run with agents that are not told of fires"
 
 MEASURES = {
     "exposure": share("Decisions with a fire in sight (share)"),
     "away": share("Steps away from a fire in sight (share)"),
     "away_moving": share("Moves away from a fire in sight (share of moves)"),
-    "walker_away": share("Steps away from a fire in sight, of a random walker (share)"),
+    "walker_away": share("Steps of a random walker away from a fire in sight (share)"),
     "away_beyond_moved": Measure(
-        "Steps away from a fire, minus steps away from moved fires (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
+        "Steps away from a fire, minus steps away from moved fires (share)", -2, 2, Null(0, _IGNORES), says=_AWAY
     ),
     "away_beyond_untold": Measure(
-        "Steps away from a fire, beyond the twin run whose agents are not told of fires (difference)",
-        -2,
-        2,
-        Null(0, _IGNORES),
-        says=_AWAY,
+        f"Steps away from a fire, minus {_TWIN} (share)", -2, 2, Null(0, _IGNORES), says=_AWAY
     ),
     "away_beyond_blind": Measure(
-        "Steps away from a fire, relative to an agent without habits (difference)", -1, 1, Null(0, _BLIND), says=_AWAY
+        "Steps away from a fire, minus those of an agent that ignores fires (share)", -1, 1, Null(0, _BLIND), says=_AWAY
     ),
     "difference_walker_moving": Measure(
-        "Moves away from a fire, beyond a random walker's (difference)", -1, 1, Null(0, _UNBIASED)
+        "Moves away from a fire, minus those of a random walker (share)", -1, 1, Null(0, _UNBIASED)
     ),
     "difference_matched": Measure(
-        "Steps away from a fire, minus those before it burned (difference)", -1, 1, Null(0, _UNBIASED)
+        "Steps away from a fire, minus those before it burned (share)", -1, 1, Null(0, _UNBIASED)
     ),
-    "log_risk_ratio": Measure(
-        "Steps away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
-    ),
+    "log_risk_ratio": Measure("Steps away from a fire / those before it burned (log ratio)", null=Null(0, _UNBIASED)),
     "log_odds_ratio": Measure(
-        "Odds of stepping away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
+        "Odds of a step away from a fire / odds before it burned (log ratio)", null=Null(0, _UNBIASED)
     ),
     "distance_change": Measure("Change of the distance to a fire in sight (cells per step)", -1, 1),
     "distance_beyond_moved": Measure(
-        "Change of the distance to a fire, beyond that to moved fires (cells per step)", -4, 4, Null(0, _IGNORES)
+        "Change of the distance to a fire, minus that to moved fires (cells per step)", -4, 4, Null(0, _IGNORES)
     ),
     "distance_beyond_untold": Measure(
-        "Change of the distance to a fire, beyond the twin run whose agents are not told of fires (cells per step)",
-        -4,
-        4,
-        Null(0, _IGNORES),
+        f"Change of the distance to a fire, minus {_TWIN} (cells per step)", -4, 4, Null(0, _IGNORES)
     ),
     "distance_beyond_blind": Measure(
-        "Change of the distance to a fire, relative to an agent without habits (cells per step)", -2, 2, Null(0, _BLIND)
+        "Change of the distance to a fire, minus that of an agent that ignores fires (cells per step)",
+        -2,
+        2,
+        Null(0, _BLIND),
     ),
     "beta_fire": Measure("Effect of one more cell of distance to the fire (log odds)", null=Null(0, _UNBIASED)),
     "beta_place": Measure("Effect of one more cell of distance to the nearest place (log odds)"),
@@ -137,21 +132,11 @@ FEWEST_CHOICES = 30
 
 
 @dataclass(frozen=True)
-class Contrast:
-    """Difference of two risks, and the logarithms of the ratios of risks and odds."""
-
-    difference: float
-    log_risk_ratio: float
-    log_odds_ratio: float
-
-
-@dataclass(frozen=True)
 class _Exposed:
     """The exposed, counted decisions sorted by step and agent, (E,) each.
 
     Attributes:
         step: 0-based step.
-        seed: seed of both runs.
         nearest: index of the nearest perceived fire; the first, if tied.
         before: distance to this fire before the step, cells.
         change: change of the distance to the nearest perceived fire, cells.
@@ -181,19 +166,19 @@ class _Options:
 
     @property
     def walker_away(self) -> FloatArray:
-        """Share of the legal moves that lead away, (E,); NaN without a legal move."""
+        """Share of the legal moves that lead away from the fire, (E,); NaN without a legal move."""
         count = self.legal.sum(axis=1)
         away = ((self.change > 0) & self.legal).sum(axis=1)
         return np.asarray(np.divide(away, count, out=np.full(len(count), np.nan), where=count > 0))
 
 
 def applies(run: GridRun) -> bool:
-    """Return whether fires stay in place, since the distance to a spreading fire is unknown."""
+    """Return whether no fire spreads, because the distance to a spreading fire is unknown."""
     return not run.world.spreads
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the hazard sensitivity of a run; the unit is the counted decision, pooled over agents.
+    """Return the hazard sensitivity of a run, over the counted decisions of all agents.
 
     All measures but exposure are NaN without exposed decisions. Show n_exposed with them, because agents that avoid
     fires see few fires.
@@ -201,26 +186,26 @@ def measure(run: GridRun) -> dict[str, float]:
     - exposure: exposed decisions / decisions; 0..1.
     - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: `away` among
       the exposed decisions with a move; NaN without a move.
-    - walker_away: exact expectation of `away` for a random walker with equally likely legal moves; 0..1. It is the mean
+    - walker_away: expected value of `away` for a random walker with equally likely legal moves; 0..1. It is the mean
       over exposed decisions of (legal moves that lead away / legal moves). NaN without legal moves.
     - away_beyond_blind: (requested legal moves away - their expected number for a blind agent, `analysis.grid.walker`)
       / exposed decisions; -1..1. The blind agent stays whenever the agent stayed, and otherwise draws legal directions
       by their shares in the run. The measure is 0 for an agent that draws each step independently, whatever direction
       it prefers, but not for an agent that keeps its direction. Decisions to stay are in the denominator. If the world
-      draws positions, away_beyond_moved replaces it.
+      draws positions, away_beyond_moved takes its place.
     - away_beyond_moved: away_beyond_blind minus its mean over moved fires (`analysis.grid.moved`); -2..2. 0 for every
       policy that ignores fires, whatever its habits.
     - away_beyond_untold: away_beyond_blind minus its value in the twin run, if the sweep has one; -2..2. Agents of the
       twin run are not told of fires. 0 for every policy that ignores fires. `analysis.measuring.twins` adds this
       measure and distance_beyond_untold.
-    - difference_walker_moving: away_moving less its expectation for a random walker at the same decisions with a move;
-      -1..1. NaN without a move. It is not 0 for an agent that ignores fires but prefers a direction.
-    - difference_matched: risk difference against matched controls: share away - share away of the controls, over the
-      exposed decisions with a control; -1..1. The controls of an exposed decision are counted decisions of all agents
-      before its nearest perceived fire burns. At these, the agent has the same distance to the later fire in whole
-      cells (rounded down), and no other fire in sight. All controls of a decision together count as one decision.
-      Controls of the same agent alone would be biased: an agent that is at that distance again later went away less
-      often than others. NaN without controls, for example if the fire burns early or if nobody came so near before.
+    - difference_walker_moving: away_moving minus its expectation for a random walker at the same decisions; -1..1. NaN
+      without a move. It is not 0 for an agent that ignores fires but prefers a direction.
+    - difference_matched: share of steps away at the exposed decisions with a control, minus this share at their
+      controls; -1..1. The controls of an exposed decision are counted decisions of all agents before its nearest
+      perceived fire burns. At these, the agent has the same distance to the later fire in whole cells (rounded down),
+      and no other fire in sight. All controls of a decision together count as one decision. Controls of the same agent
+      alone would be biased: an agent that is at that distance again later went away less often than others. NaN without
+      controls, for example if the fire burns early or if nobody came so near before.
     - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are the exposed decisions away and not away,
       c and d the controls away and not away; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) - ln((c +
       .5) / (c + d + .5)). NaN without controls. Both are imprecise with few controls. Source: Haldane 1956, Anscombe
@@ -228,13 +213,13 @@ def measure(run: GridRun) -> dict[str, float]:
     - distance_change: mean change of the distance to the nearest perceived fire, cells per step; -1..1. It is above 0
       for a blind agent, because more directions lead away from a nearby fire than towards it.
     - distance_beyond_blind: mean change of the distance by requested legal moves, minus its expectation for the blind
-      agent; cells per step. It is 0 for the same agents as away_beyond_blind. distance_beyond_moved:
-      distance_beyond_blind minus its mean over moved fires, as away_beyond_moved.
-    - beta_fire, beta_place, beta_agent: step selection. A conditional logit of the requested legal direction among all
-      legal ones, at exposed decisions that request one; occupied cells count as legal. Its terms are the changes of the
-      distance to the nearest perceived fire (Euclidean), to a place and to the nearest other agent's position (both in
-      moves). Log odds per cell; above 0: away from it. A term without an object (no places, one agent) is left out of
-      the fit. NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974;
+      agent; cells per step. It is 0 for the same agents as away_beyond_blind. distance_beyond_moved is
+      distance_beyond_blind minus its mean over moved fires.
+    - beta_fire, beta_place, beta_agent: step selection. A conditional logit explains which of the legal directions an
+      agent requests, at exposed decisions that request one; occupied cells count as legal. Its covariates are the
+      changes of the distance to the nearest perceived fire (Euclidean), to the nearest place and to the nearest other
+      agent (both in moves). Log odds per cell; above 0: away from it. Without places, or with one agent, the covariate
+      is left out. NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974;
       Fortin et al. 2005.
     - latency: restricted mean number of exposed decisions up to an agent's first step away, counted from 1; 1..T.
       Agents that never step away are censored at their last exposed decision. It is the area under the Kaplan-Meier
@@ -271,7 +256,7 @@ def _measures(run: GridRun, exposed: _Exposed, options: _Options) -> dict[str, f
 
 
 def _beyond(run: GridRun) -> dict[str, float]:
-    """Return how much more agents go away than under the null of moved fires, if the world draws positions."""
+    """Return the differences from moved fires if the world draws positions, or else from the blind agent."""
     null, found = (
         ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
     )
@@ -279,7 +264,7 @@ def _beyond(run: GridRun) -> dict[str, float]:
 
 
 def _beyond_blind(run: GridRun) -> FloatArray:
-    """Return the moves away from fires and the changes of distance, each minus its value for a blind agent, (2,)."""
+    """Return away_beyond_blind and distance_beyond_blind, (2,)."""
     exposed = _exposed(run)
     options = _options(run, exposed)
     more = beyond_blind(run, run.choice[exposed.step, exposed.agent], options.legal)
@@ -297,7 +282,7 @@ def _exposed(run: GridRun) -> _Exposed:
 
 
 def _near_perceived(run: GridRun, seen: BoolArray, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the distance to the nearest seen fire, for seen (E, F); x, y and result (E,) or (E, k)."""
+    """Return the distance from each cell to the nearest seen fire, (E,) or (E, k) as x and y; seen is (E, F)."""
     masks = seen if x.ndim == 1 else seen[:, None]
     return np.asarray(np.where(masks, to_fires(run.world, x, y), np.inf).min(axis=-1, initial=np.inf))
 
@@ -310,21 +295,26 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
     return _Options(to_x, to_y, legal_moves(x, y, run.world), change)
 
 
-def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
-    """Return the contrast of a table of counts, weighted or not; NaN if one side is empty.
+def _contrast(total: int, away: int, control: float) -> dict[str, float]:
+    """Return the measures of steps away against controls.
 
     Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So the
-    logarithms are defined for every table, and their bias is of second order. The mean of plain ratios would be above 1
+    logarithms are defined for all counts, and their bias is of second order. The mean of plain ratios would be above 1
     even without a difference.
+
+    Args:
+        total: number of exposed decisions with controls; as many decisions stand for the controls.
+        away: number of those after which the distance has grown.
+        control: the same number for the controls, which are weighted.
     """
-    total, controls = away + other, control_away + control_other
-    if not total or not controls:
-        return Contrast(math.nan, math.nan, math.nan)
-    return Contrast(
-        difference=away / total - control_away / controls,
-        log_risk_ratio=math.log((away + 0.5) / (total + 0.5)) - math.log((control_away + 0.5) / (controls + 0.5)),
-        log_odds_ratio=math.log((away + 0.5) / (other + 0.5)) - math.log((control_away + 0.5) / (control_other + 0.5)),
-    )
+    if not total:
+        return dict.fromkeys(("difference_matched", "log_risk_ratio", "log_odds_ratio"), math.nan)
+    return {
+        "difference_matched": away / total - control / total,
+        "log_risk_ratio": math.log((away + 0.5) / (total + 0.5)) - math.log((control + 0.5) / (total + 0.5)),
+        "log_odds_ratio": math.log((away + 0.5) / (total - away + 0.5))
+        - math.log((control + 0.5) / (total - control + 0.5)),
+    }
 
 
 def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
@@ -344,19 +334,15 @@ def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
     mine = stratum(exposed.nearest, exposed.before)
     matched = controls[mine] > 0
     total, left = int(matched.sum()), int((exposed.change > 0)[matched].sum())
-    left_before = float((away[mine][matched] / controls[mine][matched]).sum())
-    found = contrast(left, total - left, left_before, total - left_before)
     return {
-        "difference_matched": found.difference,
-        "log_risk_ratio": found.log_risk_ratio,
-        "log_odds_ratio": found.log_odds_ratio,
+        **_contrast(total, left, float((away[mine][matched] / controls[mine][matched]).sum())),
         "n_matched": float(total),
         "n_controls": float(controls[np.unique(mine)].sum()),
     }
 
 
 def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArray) -> dict[str, float]:
-    """Return the estimates of step selection at the given rows of the exposed decisions."""
+    """Return the estimates of step selection; `rows` are the indices of the exposed decisions that request a move."""
     names = ("beta_fire", "beta_place", "beta_agent")
     if len(rows) < FEWEST_CHOICES:
         return {**dict.fromkeys(names, math.nan), "n_choices": float(len(rows))}

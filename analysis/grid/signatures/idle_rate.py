@@ -17,7 +17,7 @@ MEASURES = {
     ),
     "invalid": share("No readable decision (share of decisions)"),
     "immobile": share("Did not move (share of decisions)"),
-    "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),
+    "longest_run": Measure("Most successive steps without a move (mean of agents)", low=0),
     "chosen_in_place": share("Chose to stay in a place (share of decisions there)"),
     "chosen_in_crowd": share("Chose to stay in a crowded place (share of decisions there)"),
     "chosen_near_fire": share("Chose to stay with a fire in sight (share of decisions then)"),
@@ -32,26 +32,26 @@ HEADLINE = ("chosen", "blocked", "invalid")
 def measure(run: GridRun) -> dict[str, float]:
     """Return the idle rate of a run, over the counted decisions of all agents.
 
-    - chosen: decisions read as `stay` / decisions; 0..1.
+    - chosen: decisions read as `stay` / decisions; 0..1. An agent that draws staying and the four directions with equal
+      chances has 1/5.
     - blocked: share of decisions that request a move without effect, at the edge, a wall or a full cell; 0..1.
-    - invalid: unreadable decisions, which leave the agent in place / decisions; 0..1.
-    - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
-    - longest_run: longest unbroken run of immobile steps among an agent's counted steps; mean over the agents with
+    - invalid: share of decisions that are unreadable, which leave the agent in place; 0..1.
+    - immobile: share of steps without a change of position, the sum of chosen, blocked and invalid; 0..1.
+    - longest_run: largest number of successive immobile steps among an agent's counted steps; mean over the agents with
       counted steps; 0..T.
-    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions in one of three contexts: inside
-      a place, inside a place over its capacity, and with a perceived fire. NaN without such decisions.
+    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions inside a place, inside a place
+      over its capacity, and with a perceived fire. NaN without such decisions.
     - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` in the same contexts.
 
     Gathering, sharing, attacking and reproducing count as movement. NaN without decisions.
 
-    Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. An agent that stays or moves in any direction with
-    equal chances has chosen = 1/5. and the moves has chosen = 1/5.
+    Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire.
     """
     stay, counted, moved = run.choice == STAY, run.counted, run.moved | run.acted
     contexts = _contexts(run)
     longest = [longest_run(~moved[kept, agent]) for agent, kept in enumerate(counted.T) if kept.any()]
     return {
-        **idle_parts(stay[counted], moved[counted], run.readable[counted]),
+        **_shares(stay[counted], moved[counted], run.readable[counted]),
         "longest_run": mean(longest),
         **{f"chosen_{name}": mean((stay & run.readable)[kept]) for name, kept in contexts.items()},
         **{f"immobile_{name}": mean(~moved[kept]) for name, kept in contexts.items()},
@@ -60,7 +60,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _contexts(run: GridRun) -> dict[str, BoolArray]:
-    """Return the counted decisions of each context, (T, N) each."""
+    """Return which counted decisions are in each context, (T, N) each."""
     place = run.place[:-1]
     crowded = np.zeros(place.shape, dtype=np.bool_)
     for index, one in enumerate(run.world.places):
@@ -73,14 +73,8 @@ def _contexts(run: GridRun) -> dict[str, BoolArray]:
     }
 
 
-def idle_parts(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[str, float]:
-    """Return the shares of the kinds of immobility, and the number of decisions.
-
-    Args:
-        stay: whether the decision was to stay, or counts as staying; any shape.
-        moved: whether the position changed; same shape.
-        readable: whether the decision is readable; same shape.
-    """
+def _shares(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[str, float]:
+    """Return the share of each kind of immobility; all arguments are (n,), for n counted decisions."""
     decisions = stay.size
     return {
         "chosen": ratio(int((stay & readable).sum()), decisions),

@@ -30,34 +30,34 @@ MEASURES = {
     "alignment": Measure("Similarity of the directions of two moves (mean cosine)", -1, 1, Null(0, _ALIKE)),
     "direction_entropy": share("Entropy of directions moved (of its maximum)"),
     "direction_bits": Measure("Entropy of directions moved (bits)", 0, 2),
-    "direction_kl": Measure("Directions moved, divergence from uniform (bits)", 0, 2),
-    "walker_kl": Measure("Directions moved, divergence from a random walker's (bits)", 0),
+    "direction_kl": Measure("Divergence of the directions moved from equal shares (bits)", 0, 2),
+    "walker_kl": Measure("Divergence of the directions moved from those of a random walker (bits)", 0),
     "resultant_length": share("Mean resultant length of moves"),
     "mean_direction": Measure("Mean direction of moves (degrees from right)", -180, 180),
     "share_*": share("Moves * (share of moves)"),
-    "walker_share_*": share("Moves * of a random walker in the same states (share)"),
+    "walker_share_*": share("Moves * that a random walker would make in the same states (share)"),
     "asked_entropy": share("Entropy of requested directions (of its maximum)"),
     "asked_bits": Measure("Entropy of requested directions (bits)", 0, 2),
-    "asked_kl": Measure("Requested directions, divergence from uniform (bits)", 0, 2),
+    "asked_kl": Measure("Divergence of the requested directions from equal shares (bits)", 0, 2),
     "asked_resultant_length": share("Mean resultant length of requested moves"),
     "asked_mean_direction": Measure("Mean direction of requested moves (degrees from right)", -180, 180),
     "asked_share_*": share("Requested moves * (share)"),
     "drift_place": Measure("Drift to the nearest place (cells per step)", -1, 1),
     "drift_agent": Measure("Drift to the nearest agent (cells per step)", -1, 1),
     "drift_place_beyond_moved": Measure(
-        "Drift to the nearest place, beyond that to moved places (cells per step)",
+        "Drift to the nearest place, minus that to moved places (cells per step)",
         -4,
         4,
         Null(0, "goes and stays without regard to places, whatever its habits"),
     ),
     "drift_place_beyond_blind": Measure(
-        "Drift to the nearest place, relative to an agent without habits (cells per step)",
+        "Drift to the nearest place, minus that of an agent that ignores places (cells per step)",
         -2,
         2,
         Null(0, _BLIND.format("places")),
     ),
     "drift_agent_beyond_blind": Measure(
-        "Drift to the nearest agent, relative to an agent without habits (cells per step)",
+        "Drift to the nearest agent, minus that of an agent that ignores others (cells per step)",
         -2,
         2,
         Null(0, _BLIND.format("others")),
@@ -75,7 +75,7 @@ HEADLINE = (
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the movement preference of a run, over the counted decisions of all agents.
+    """Return the movement of a run, over the counted decisions of all agents.
 
     Measures of executed moves, which also depend on the world; NaN without moves:
 
@@ -83,38 +83,38 @@ def measure(run: GridRun) -> dict[str, float]:
       independent directions give 3/4 for any number of moves; an entropy would fall with fewer moves. It is lower if
       agents keep a direction, because the moves of a pair then depend on each other. It is also lower if walls or edges
       block some directions more often than others, as in a corridor. NaN below two moves. Source: Simpson 1949.
-    - alignment: mean cosine of the angle between the moves of a pair; -1..1 (one direction). Equally likely,
-      independent directions give 0; agents that keep a direction are above 0. It is the unbiased square of the
+    - alignment: cosine of the angle between two moves, as mean over all pairs of moves; -1..1 (one direction). Equally
+      likely, independent directions give 0; agents that keep a direction are above 0. It is the unbiased square of the
       resultant length, (n R^2 - 1) / (n - 1). NaN below two moves.
     - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: direction_bits / 2; 0..1. Both are
       biased low below about 30 moves. Edges limit the moves, so compare them with a random walker in the same states,
       not with their maximum.
     - direction_kl: divergence from the uniform distribution, 2 - direction_bits, bits; 0..2.
-    - walker_kl: Kullback-Leibler divergence from walker_share_*, bits; 0 up.
-    - resultant_length: length of the mean unit vector; 0 (balanced)..1 (one direction). mean_direction: its direction,
-      degrees, counter-clockwise from right (up is 90); -180..180. NaN if the moves cancel out. Source: Mardia and Jupp
-      2000.
+    - walker_kl: Kullback-Leibler divergence from walker_share_*, bits; from 0.
+    - resultant_length: length of the mean of the moves, as unit vectors; 0 (they cancel out)..1 (one direction).
+      mean_direction: direction of this mean, degrees, counter-clockwise from right (up is 90); -180..180. NaN if the
+      moves cancel out. Source: Mardia and Jupp 2000.
     - share_<direction>: moves in this direction / moves; 0..1.
 
-    Measures of requested moves, executed or blocked, which depend on the model: asked_bits, asked_entropy, asked_kl,
-    asked_resultant_length, asked_mean_direction, asked_share_<direction>.
+    The same measures of requested moves, executed or blocked, which depend only on the model: asked_bits,
+    asked_entropy, asked_kl, asked_resultant_length, asked_mean_direction, asked_share_<direction>.
 
     Measures of the states before the decisions, and of changes of distance. Changes are in cells per step; a negative
     value is an approach, and a step without a move counts as 0.
 
-    - walker_share_<direction>: share of the direction for a random walker with equally likely legal moves; 0..1. It is
+    - walker_share_<direction>: share of this direction for a random walker with equally likely legal moves; 0..1. It is
       the mean over states of 1 / number of legal moves if the direction is legal, else 0.
-    - drift_place: change of the fewest moves into any place (0 inside one); -1..1. NaN without places.
-    - drift_agent: change of the fewest moves to the nearest other agent; -1..1. The other agent's position before the
-      step counts, since the agent cannot know the next one. Steps of a lone agent are left out. NaN with one agent.
+    - drift_place: change of the distance to the nearest place, in moves (0 inside a place); -1..1. NaN without places.
+    - drift_agent: change of the distance to the nearest other agent, in moves; -1..1. The other agent's position before
+      the step counts, since the agent cannot know the next one. Steps of a lone agent are left out. NaN with one agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the change by requested legal moves minus its expectation for
       a blind agent (`walker`); cells per step. The blind agent stays whenever the agent stayed, and otherwise draws
       legal directions by their shares in the run. The measures are 0 for an agent that draws each step independently,
       whatever direction it prefers, but not for an agent that keeps its direction.
     - drift_place_beyond_moved: drift_place_beyond_blind minus its mean over moved places (`analysis.grid.moved`), which
       it replaces if the world draws positions. 0 for every policy that ignores places, whatever its habits.
-    - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over the steps in which a
-      fire burns; -1..1. NaN without a burning fire.
+    - drift_fire: change of the distance to the nearest burning fire, in moves, whether the fire is perceived or not;
+      -1..1. Over the steps in which a fire burns; NaN without such steps.
 
     Denominators: n_moves, n_asked, n_decisions, n_burning (decisions while a fire burns).
     """
@@ -124,7 +124,7 @@ def measure(run: GridRun) -> dict[str, float]:
     null = direction_shares(legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world))
     return {
         "variety": variety(made),
-        "alignment": alignment(made),
+        "alignment": _alignment(made),
         **_directions(made),
         "walker_kl": divergence(made, null) if made.sum() else math.nan,
         **{f"asked_{name.removeprefix('direction_')}": value for name, value in _directions(asked).items()},
@@ -141,36 +141,25 @@ def _by_direction(choices: IntArray) -> IntArray:
 
 
 def _directions(counts: IntArray) -> dict[str, float]:
-    """Return the measures of moves by direction, for counts of up, down, left, right (4,)."""
-    total = int(counts.sum())
+    """Return the measures that depend only on the number of moves up, down, left and right (4,)."""
+    total, (right, up) = int(counts.sum()), _sum(counts)
     return {
         "direction_entropy": normalised_entropy(counts),
         "direction_bits": entropy(counts),
         "direction_kl": divergence(counts, np.ones(len(counts))),
-        "resultant_length": resultant_length(counts),
-        "mean_direction": mean_direction(counts),
+        "resultant_length": ratio(math.hypot(right, up), total),
+        "mean_direction": math.degrees(math.atan2(up, right)) if right or up else math.nan,
         **{f"share_{name}": ratio(int(count), total) for name, count in zip(WAYS, counts, strict=True)},
     }
 
 
-def alignment(counts: IntArray) -> float:
-    """Return the mean cosine between the moves of a pair, -1..1, for counts of up, down, left, right (4,)."""
+def _alignment(counts: IntArray) -> float:
     total, (right, up) = int(counts.sum()), _sum(counts)
     return ratio(right**2 + up**2 - total, total * (total - 1))
 
 
-def resultant_length(counts: IntArray) -> float:
-    """Return the length of the mean unit vector, 0..1, for counts of up, down, left, right (4,)."""
-    return ratio(math.hypot(*_sum(counts)), float(counts.sum()))
-
-
-def mean_direction(counts: IntArray) -> float:
-    """Return the direction of the mean vector, degrees counter-clockwise from right; NaN if its length is 0."""
-    right, up = _sum(counts)
-    return math.degrees(math.atan2(up, right)) if right or up else math.nan
-
-
 def _sum(counts: IntArray) -> list[int]:
+    """Return the sum (right, up) of all moves as unit vectors; counts holds the moves up, down, left, right (4,)."""
     sums: list[int] = (counts[:, None] * HEADINGS[STAY + 1 :]).sum(axis=0).tolist()
     return sums
 
@@ -198,20 +187,20 @@ def _drifts(run: GridRun) -> dict[str, float]:
 
 
 def _place_drift(run: GridRun, drift: Callable[[GridRun], float]) -> dict[str, float]:
-    """Return the drift to places minus its null: moved places if the world draws positions, else a blind agent."""
+    """Return the difference from moved places if the world draws positions, or else from the blind agent."""
     if run.world.draw_positions:
         return {"drift_place_beyond_moved": float(beyond_moved(run, lambda moved: np.array([drift(moved)]))[0])}
     return {"drift_place_beyond_blind": drift(run)}
 
 
 def _place_changes(run: GridRun) -> FloatArray:
-    """Return the changes of the distance to the nearest place by the step and by each direction, (T, N, 5)."""
+    """Return the change of the distance to the nearest place: by the actual step, then by each direction, (T, N, 5)."""
     before = to_nearest_place(run.world, run.x[:-1], run.y[:-1])
     return np.asarray(to_nearest_place(run.world, *_ends(run)) - before[..., None])
 
 
 def _agent_changes(run: GridRun) -> FloatArray:
-    """Return the changes of the distance to the nearest other agent's position, by step and direction, (T, N, 5)."""
+    """Return the change of the distance to the nearest agent: by the actual step, then by each direction, (T, N, 5)."""
     steps, agents = run.choice.shape
     x, y = (
         np.concatenate([at[:-1, :, None], to], axis=2).reshape(steps * agents, -1)
@@ -224,7 +213,7 @@ def _agent_changes(run: GridRun) -> FloatArray:
 
 
 def _ends(run: GridRun) -> tuple[IntArray, IntArray]:
-    """Return columns and rows after each step, and after each of the four directions, (T, N, 5) each."""
+    """Return the columns and the rows after the actual step, then after each direction, (T, N, 5) each."""
     to_x, to_y = moves_to(run.x[:-1], run.y[:-1])
     return (
         np.concatenate([run.x[1:, :, None], to_x], axis=2),
@@ -233,7 +222,7 @@ def _ends(run: GridRun) -> tuple[IntArray, IntArray]:
 
 
 def _fire_changes(run: GridRun) -> tuple[FloatArray, BoolArray]:
-    """Return the changes of the distance to the nearest burning fire, (T, N), and whether one burns, (T, 1)."""
+    """Return the change of the distance to the nearest burning fire, (T, N), and whether any fire burns, (T, 1)."""
     starts = np.array([fire.start for fire in run.world.fires], dtype=np.int64)
     burning: BoolArray = np.less_equal(starts, np.arange(1, run.steps + 1)[:, None])
     distances = to_fires(run.world, run.x, run.y, straight=False)

@@ -1,7 +1,7 @@
 """Outcome: the share of a model's replies that were readable.
 
-Read it with every other signature: an unreadable reply leaves the agent in place and silent. Such replies raise idle
-rate, persistence and clustering, and lower exploration and communication.
+Read it with every other signature, because an unreadable reply leaves the agent in place and silent. Such replies raise
+the idle rate, persistence and clustering, and lower exploration and communication.
 """
 
 from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
@@ -18,7 +18,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
     - failure_rate, message_failure_rate: share of the other four outcomes, unreadable decisions; 0..1.
 
-    Denominators: n_decisions and n_message_decisions, calls of each kind.
+    Denominators: n_decisions (action calls), n_message_decisions (message calls).
     """
     actions, messages = (outcome_shares(each[run.there]) for each in (run.outcome, run.message_outcome))
     return {

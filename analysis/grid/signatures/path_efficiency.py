@@ -14,8 +14,10 @@ from analysis.measure import share
 NAME = "path_efficiency"
 
 MEASURES = {
-    "trip_efficiency": share("Trip efficiency, waits included", says="goes to places {more|less} directly"),
-    "trip_efficiency_moving": share("Trip efficiency, moves alone"),
+    "trip_efficiency": share(
+        "Shortest path to a place / steps taken, waits included", says="goes to places {more|less} directly"
+    ),
+    "trip_efficiency_moving": share("Shortest path to a place / moves made"),
     "arrived": share("Agents that end in a place (share)"),
 }
 
@@ -24,13 +26,12 @@ HEADLINE = ("trip_efficiency", "trip_efficiency_moving", "arrived")
 
 @dataclass(frozen=True)
 class Trip:
-    """One agent's path to a place.
+    """An agent's path from one place, or from its first cell, to another place.
 
     Attributes:
-        seed: seed of both runs.
         start: last state in the place that the agent left, or 0 if it began outside.
-        end: first state in the place that it enters.
-        shortest: fewest steps from the start to the entered place.
+        end: first state in the place that it entered.
+        shortest: fewest steps from its cell at the start to the place that it entered.
     """
 
     agent: int
@@ -43,12 +44,12 @@ def measure(run: GridRun) -> dict[str, float]:
     """Return the path efficiency of a run.
 
     A trip leads from a place that an agent leaves to the next other place that it enters. If the agent begins outside,
-    its first trip leads from its first state. A path back into the same place is a return, not a trip; a path that ends
-    outside is neither. l is the fewest steps from the trip's first cell to the entered place, around obstacles.
+    its first trip leads from its first cell. A path back into the same place is a return, not a trip; a path that ends
+    outside is neither. l is the fewest steps from the trip's first cell to the entered place, around walls.
 
     - trip_efficiency: l / decisions taken, waits included; mean over trips; above 0..1.
     - trip_efficiency_moving: l / changes of position; mean over trips; above 0..1.
-    - arrived: agents in a place at state T / N; 0..1.
+    - arrived: agents in a place at the end of the run / N; 0..1.
 
     The efficiencies are NaN without trips. They ignore agents that never arrive, so show `arrived` with them.
     Denominators: n_trips, n_returns, n_agents.
@@ -67,11 +68,10 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def find_trips(run: GridRun) -> tuple[list[Trip], int]:
-    """Return the trips of a run by agent, and the number of returns."""
-    trips, returns = [], 0
+    """Return the trips of all agents, and the number of returns."""
+    trips, returns, half = [], 0, run.world.half_size
     for agent in range(run.agents):
-        # The first state and the states where the place changes; between two of them the agent stays where it is.
-        # outside.
+        # The first state, and the states in which the agent is in another place than before, or outside.
         places = run.place[:, agent]
         changes = [0, *(np.flatnonzero(np.diff(places)) + 1).tolist()]
         left, start = OUTSIDE, 0
@@ -80,20 +80,16 @@ def find_trips(run: GridRun) -> tuple[list[Trip], int]:
             if entered == OUTSIDE:
                 continue
             if change and entered != left:
-                trips.append(Trip(agent, start, change, _shortest(run, agent, start, entered)))
+                x, y = run.x[start, agent] + half, run.y[start, agent] + half
+                trips.append(Trip(agent, start, change, int(_steps_to(run.world, entered)[x, y])))
             returns += entered == left
             left, start = entered, following - 1
     return trips, returns
 
 
-def _shortest(run: GridRun, agent: int, state: int, place: int) -> int:
-    half = run.world.half_size
-    return int(_steps_to(run.world, place)[run.x[state, agent] + half, run.y[state, agent] + half])
-
-
 @lru_cache(maxsize=64)
 def _steps_to(world: GridSettings, place: int) -> IntArray:
-    """Return the steps from every cell to a place, around walls, (W, W), x first."""
+    """Return the fewest steps from every cell to a place, around walls, (W, W), indexed by x and y."""
     edge = np.arange(-world.half_size, world.half_size + 1)
     x, y = np.meshgrid(edge, edge, indexing="ij")
     (left, bottom), (right, top) = world.places[place].low, world.places[place].high

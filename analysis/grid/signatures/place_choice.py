@@ -1,7 +1,7 @@
 """Place choice: where agents spend their time, and whether they crowd.
 
-Only states 1..T count: chance decides state 0, the start. Agents read capacities as numbers; the world does not enforce
-them.
+Only states 1 to T count, because the seed draws state 0, the start. Agents are told the capacities, but the world does
+not enforce them.
 """
 
 import math
@@ -9,14 +9,7 @@ import math
 import numpy as np
 
 from analysis.arrays import BoolArray, IntArray
-from analysis.formulas import (
-    jensen_shannon,
-    mean,
-    normalised_entropy,
-    ratio,
-    weighted_mean,
-    weighted_variance,
-)
+from analysis.formulas import jensen_shannon, mean, normalised_entropy, ratio, weighted_mean, weighted_variance
 from analysis.grid.grid_run import OUTSIDE, GridRun
 from analysis.measure import Measure, share
 
@@ -27,18 +20,18 @@ MEASURES = {
     "share_outside": share("Time outside all places (share)"),
     "first_choice_*": share("* entered first (share of entering agents)"),
     "switch_rate": share("Changes of place (per decision spent in places)"),
-    "overcrowding_since_entry": share("Steps over capacity since the first entry (share, mean of places)"),
+    "overcrowding_since_entry": share("Steps over capacity, from the first entry on (share, mean of places)"),
     "overcrowding": share("Steps over capacity (share, mean of places)", says="crowds places {more|less}"),
     "overcrowding_*": share("Steps over capacity in * (share)"),
-    "utilisation_since_entry": share("Used capacity since the first entry (share, mean of places)"),
+    "utilisation_since_entry": share("Used capacity, from the first entry on (share, mean of places)"),
     "utilisation": share("Used capacity (share, mean of places)"),
     "utilisation_*": share("Used capacity of * (share)"),
-    "volatility_since_entry": Measure("Volatility of attendance since the first entry (variance / N)", low=0),
+    "volatility_since_entry": Measure("Volatility of attendance, from the first entry on (variance / N)", low=0),
     "volatility": Measure("Volatility of attendance (variance / N, mean of places)", low=0),
     "volatility_*": Measure("Volatility of attendance of * (variance / N)", low=0),
     "entropy": share("Entropy over places and outside (of its maximum)"),
     "entropy_places": share("Entropy over places only (of its maximum)"),
-    "capacity_divergence": share("Choice of places, divergence from their capacities"),
+    "capacity_divergence": share("Divergence of the time in places from their capacities"),
 }
 
 HEADLINE = ("share_*", "overcrowding", "utilisation")
@@ -47,7 +40,8 @@ HEADLINE = ("share_*", "overcrowding", "utilisation")
 def measure(run: GridRun) -> dict[str, float]:
     """Return the place choice of a run; x_k(t) is the number of agents in place k at state t, C_k its capacity.
 
-    An agent-state counts if the agent's own counted decision led there; a state weighs by the number of such decisions.
+    An agent-state is one agent in one state; it counts if the agent's own counted decision led there. A state weighs by
+    the number of such decisions.
 
     - share_<place>: agent-states in place k / agent-states, that is, the mean of x_k / N; 0..1. share_outside:
       agent-states outside all places / agent-states.
@@ -119,7 +113,7 @@ def _crowding(run: GridRun) -> dict[str, float]:
 
 
 def attendance_measures(present: IntArray, capacity: int, agents: int, weights: IntArray) -> dict[str, float]:
-    """Return overcrowding, utilisation and volatility of a place, for attendance and weights of the states (T,)."""
+    """Return overcrowding, utilisation and volatility of a place; `present` is its number of agents by state, (T,)."""
     used = np.minimum(present, capacity) / capacity if capacity else np.full(len(present), math.nan)
     return {
         "overcrowding": weighted_mean(present > capacity, weights),
@@ -135,13 +129,13 @@ def count_attendance(run: GridRun) -> IntArray:
 
 
 def _entered(run: GridRun) -> BoolArray:
-    """Return whether each agent entered a place at states 1..T by a counted decision, (T, N)."""
+    """Return whether each agent entered a place by its counted decision at steps 1..T, (T, N)."""
     place = run.place
     return np.asarray((place[1:] != OUTSIDE) & (place[1:] != place[:-1]) & run.counted)
 
 
 def _first_entered(place: IntArray, entered: BoolArray) -> IntArray:
-    """Return the place each agent enters first, or OUTSIDE, (N,), for place (T + 1, N) and entered (T, N)."""
+    """Return the place that each agent enters first, or OUTSIDE, (N,); place is (T + 1, N), entered (T, N)."""
     agents = np.arange(place.shape[1])
     return np.where(entered.any(axis=0), place[1:][entered.argmax(axis=0), agents], OUTSIDE)
 

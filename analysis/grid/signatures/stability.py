@@ -1,4 +1,4 @@
-"""Stability: how much an agent's next action depends on its last one."""
+"""Stability: how much an agent's next action depends on its previous one."""
 
 import numpy as np
 
@@ -28,12 +28,13 @@ def measure(run: GridRun) -> dict[str, float]:
       / (n (n - 1)). This is exact even for few actions and for agents with different habits. NaN without pairs.
     - kappa: Cohen's kappa between the actions of a pair, (p - chance) / (1 - chance); -1..1. NaN if chance is 1, that
       is, if only one action occurs. Independent draws of n actions give about -1/n.
-    - conditional_entropy: H(action | last action), bits; 0..log2 5. NaN without pairs; it is biased low for few pairs.
+    - conditional_entropy: H(action | previous action), bits; 0..log2 5. NaN without pairs; it is biased low for few
+      pairs.
     - reversal_rate: pairs of opposite moves / pairs of moves; 0..1. NaN without pairs of moves.
-    - run_length: mean length of the runs of equal actions, steps; 1..T. An uncounted decision ends a run.
+    - run_length: mean number of equal actions in a row; 1..T. A decision that does not count ends a row.
 
     `analysis.retest` measures the stability of answers to the same prompt, over several runs. Denominators: n_pairs,
-    n_move_pairs, n_runs (of equal actions). Source: Cohen 1960 for kappa; Cover and Thomas 2006 for the conditional
-    entropy.
+    n_move_pairs, n_runs (rows of equal actions). Source: Cohen 1960 for kappa; Cover and Thomas 2006 for the
+    conditional entropy.
     """
     return repeats(run.choice, run.counted, _OPPOSITE)

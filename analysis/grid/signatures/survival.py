@@ -1,4 +1,4 @@
-"""Survival: how long agents live, whether they share or attack, how unequal their energy is, and whether they obey."""
+"""Survival: how long agents live, whether they share, attack or obey orders, and how unequal their energy is."""
 
 import math
 
@@ -15,30 +15,30 @@ MEASURES = {
     "lifespan": Measure("Steps lived (restricted mean)", low=0, better=HIGH, says="lives {longer|less long}"),
     "survived": share("Agents alive at the end (share of initial agents)", better=HIGH),
     "sharing_rate": share("Shared (share of decisions with someone within reach)", says="shares {more|less} often"),
-    "sharing_rate_scarce": share("Shared with less energy than at the start (share of such decisions)"),
-    "sharing_rate_plenty": share("Shared with at least the energy of the start (share of such decisions)"),
+    "sharing_rate_scarce": share("Shared, with less energy than at the start (share of such decisions)"),
+    "sharing_rate_plenty": share("Shared, with at least as much energy as at the start (share of such decisions)"),
     "attack_rate": share("Attacked (share of decisions with someone within reach)", says="attacks {more|less} often"),
-    "attack_rate_scarce": share("Attacked with less energy than at the start (share of such decisions)"),
-    "attack_rate_plenty": share("Attacked with at least the energy of the start (share of such decisions)"),
+    "attack_rate_scarce": share("Attacked, with less energy than at the start (share of such decisions)"),
+    "attack_rate_plenty": share("Attacked, with at least as much energy as at the start (share of such decisions)"),
     "given": Measure("Energy shared (units per decision)", low=0),
     "taken": Measure("Energy taken by attacks (units per decision)", low=0),
     "gathered": Measure("Energy gathered (units per decision)", low=0),
     "inequality": share("Inequality of energy among present agents (Gini)"),
     "births": Measure("Births per initial agent", low=0),
-    "compliance": share("Obeyed the order (share of those able to)"),
+    "compliance": share("Obeyed the order (share of agents outside its target)"),
 }
 
 HEADLINE = ("lifespan", "sharing_rate", "attack_rate", "inequality", "births")
 
 TOUCH = 1
-"""Columns and rows within which agents can share and attack."""
+"""An agent can share with and attack agents at most this number of columns and rows away."""
 
 _SHARE, _ATTACK = (len(CHOICES) + FURTHER_ACTIONS.index(name) for name in ("share", "attack"))
 _GATHER = len(CHOICES) + FURTHER_ACTIONS.index("gather")
 
 
 def applies(run: GridRun) -> bool:
-    """Return whether agents live on energy."""
+    """Return whether agents need energy to live."""
     return run.world.energy is not None
 
 
@@ -48,16 +48,16 @@ def measure(run: GridRun) -> dict[str, float]:
     A decision has someone within reach if another agent is at most TOUCH columns and rows away before it. A decision is
     made in scarcity if the agent has less energy than at its start, else in plenty.
 
-    - lifespan: steps that an initial agent lived; mean; 1..T. The lifespan is the step of its death. An agent that did
-      not die, even if it left by an exit, is censored at the world's number of steps T. survived: initial agents that
+    - lifespan: number of steps that an initial agent lived, that is, the step of its death; mean; 1..T. For an agent
+      that did not die, even if it left by an exit, it is the world's number of steps T. survived: initial agents that
       did not die / initial agents; 0..1.
     - sharing_rate, attack_rate: decisions to share, to attack / decisions with someone within reach; 0..1; NaN without
       any. `_scarce` and `_plenty`: the rates among the decisions made in scarcity, in plenty. A request counts even if
-      the world gives it no effect.
-    - given, taken, gathered: energy shared, taken by attacks, gathered / decisions; 0 up.
-    - inequality: Gini coefficient of the energy of agents asked in a step, mean over steps weighted by decisions; 0
-      (equal)..1 - 1/N. Steps with a single agent count as 0.
-    - births: newborns / initial agents; 0 up.
+      it has no effect.
+    - given, taken, gathered: energy shared, taken by attacks, gathered / decisions; from 0.
+    - inequality: Gini coefficient of the energy of the agents that are asked in a step, as mean over steps weighted by
+      decisions; 0 (equal)..1 - 1/N. Steps with a single agent count as 0.
+    - births: newborns / initial agents; from 0.
     - compliance: agents that entered the order's target once the order held / initial agents that were alive and
       outside the target when the order was first told; 0..1. NaN without an order.
 
@@ -101,7 +101,7 @@ def _rate(run: GridRun, choice: int, among: BoolArray) -> float:
 
 
 def _near(run: GridRun) -> BoolArray:
-    """Return which agents have another within reach before their decision, (T, N)."""
+    """Return whether each agent has another agent within reach before its decision, (T, N)."""
     found = np.zeros(run.choice.shape, dtype=np.bool_)
     for step, there in enumerate(run.there):
         x, y = run.x[step, there], run.y[step, there]

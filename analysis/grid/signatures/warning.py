@@ -1,7 +1,7 @@
-"""Warning propagation: how far news of a fire travels by word of mouth.
+"""Warnings: how far news of a fire travels by messages.
 
 A labeller decides which messages are warnings: the rule of `warning_rule`, or the labels of `analysis.labelling`.
-`grid.cascade` gives the order within a step.
+`grid.cascade` says what happens first within a step.
 """
 
 import math
@@ -30,16 +30,16 @@ MEASURES = {
         "Told of a fire before seeing one (share of agents that did not see it first)",
         says="warns its neighbours {more|less}",
     ),
-    "traced_reach": share("Told by a chain from someone who saw a fire (share)"),
-    "oracle_reach": share("Reachable if everyone relayed (share)"),
-    "normalised_reach": share("Told / reachable if everyone relayed"),
+    "traced_reach": share("Told by a chain of warnings from an agent that saw a fire (share)"),
+    "oracle_reach": share("Told if all agents always passed news on (share)"),
+    "normalised_reach": share("Told / told if all agents always passed news on"),
     "relay_probability": share(
-        "Agents that were told and then warn others (share)",
+        "Warned others after being told (share of told agents)",
         Null(0, _SIGHT),
         says="passes warnings on {more|less} often",
     ),
     "relay_above_chance": Measure(
-        "Agents that were told and then warn others, beyond chance (share)",
+        "Warned others after being told, minus its mean for shifted labels (share)",
         -1,
         1,
         Null(0, "warns at any rate, without regard to messages it hears"),
@@ -59,20 +59,20 @@ MEASURES = {
 HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
 
 LABEL = "warning"
-"""The label from which the measures are computed."""
+"""The name of the label from which the measures are computed."""
 UNLABELLED = ("oracle_reach", "unknown")
 
 COPIED = (
     "informed_fraction", "social_reach", "traced_reach", "normalised_reach", "reproduction", "depth", "trees",
     "virality", "rmst", "false_alarm_rate",
 )  # fmt: skip
-"""Measures corrected by copies of a run."""
+"""The measures that are corrected by copies of a run with other labels."""
 
 RELAY_WITHIN = 5
-"""Number of steps after being told in which a warning counts as a relay."""
+"""A warning counts as a relay up to this number of steps after the agent was told."""
 
 SHUFFLES = 100
-"""Number of shifts of the labels for the null."""
+"""Number of random shifts of the labels with which relaying is compared."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -86,18 +86,18 @@ def measure(run: GridRun) -> dict[str, float]:
     - traced_reach: social_reach, counting only warnings that are traced to a perceived fire. The sender of a traced
       warning has perceived a fire by then, or has received a traced warning at an earlier step. Without false alarms it
       equals social_reach.
-    - oracle_reach: social_reach if everyone relayed at every step to all recorded neighbours; a bound set by the
-      agents' paths.
+    - oracle_reach: social_reach if every agent that has news told all its recorded neighbours at every step; an upper
+      bound for the agents' actual paths.
     - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN if the oracle reaches
       nobody. A low value means that news was not passed on, although agents were near.
     - relay_probability: told agents that send a warning within RELAY_WITHIN steps after being told / told agents that
       decided on a message in these steps; 0..1. Steps from an agent's first perception of a fire on do not count,
       because it may then warn of what it sees. NaN without such agents.
     - relay_above_chance: relay_probability minus its mean over SHUFFLES shifts of the labels; -1..1. A shift moves the
-      labels of an agent's messages in time, cyclically: the messages before its first sight of a fire apart from the
-      later ones. So agents that warn often or in streaks keep that habit. After each shift, the agents that were told
-      are found again. It is 0 if being warned does not make a warning more likely. It is also 0 if all messages of each
-      agent are warnings, because no shift changes them. NaN where relay_probability is NaN.
+      labels of an agent's messages in time, in a circle; messages before and after its first sight of a fire are
+      shifted separately. So agents that warn often or in streaks keep that habit. After each shift, it is determined
+      again which agents were told. The measure is 0 if being warned does not make a warning more likely. It is also 0
+      if all messages of each agent are warnings, because no shift changes them. NaN where relay_probability is NaN.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning (lowest
       step, then lowest id) to that agent, if the agent is told and had sent no warning before. Otherwise the agent
       begins a new chain. So the edges form a forest.
@@ -105,8 +105,8 @@ def measure(run: GridRun) -> dict[str, float]:
     - trees: trees of the forest with two agents or more.
     - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;
       1..(N+1)/3, at least 1. NaN without such trees.
-    - rmst: restricted mean time to the first warning, steps, 0..T: area under the Kaplan-Meier curve of
-      `waiting_times`, from the run's start to T. After the last event the curve stays level. NaN if all are direct.
+    - rmst: restricted mean time to the first warning, steps; 0..T. It is the area under the Kaplan-Meier curve of
+      `waiting_times` from the run's start to T; after the last event the curve stays level. NaN if all are direct.
     - false_alarm_rate: warnings whose sender has perceived no fire by then and received no earlier warning / messages;
       0..1. NaN without messages.
     - warning_share: warnings / messages; 0..1. NaN without messages.
@@ -135,11 +135,11 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return the measures corrected by people's labels, by name; each is one value (1,), or a value per copy (COPIES,).
+    """Return the measures corrected by people's labels, by name: one value, (1,), or a value per copy, (COPIES,).
 
     The share of warnings is a mean of labels and is corrected directly. Measures of chains and false alarms are
-    computed on copies. Relaying has no correction. A copy draws each label independently, which would hide part of any
-    difference in relaying (`benchmarks/label_correction.py`).
+    computed on copies of the run with other labels. Relaying has no correction: a copy draws each label independently,
+    which would hide part of any difference in relaying (`benchmarks/label_correction.py`).
     """
     said, reachable = run.spoke & run.message_counted, _reachable(run)
     by_copy: list[dict[str, float]] = []
@@ -166,7 +166,7 @@ def corrected_share(run: GridRun, correction: Correction) -> float:
 
 
 def labels_of_copies(run: GridRun, correction: Correction) -> BoolArray:
-    """Return the labels of the M messages that count, by copy, (COPIES, M)."""
+    """Return which of the M messages that count are warnings in each copy of the run, (COPIES, M)."""
     said = run.spoke & run.message_counted
     aware = knows_of_a_fire(run, correction.label)
     messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
@@ -205,10 +205,10 @@ def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
 
 
 def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Return the steps until each agent's first warning, and whether it came, (N,) each.
+    """Return the step of the first warning to each agent or its censoring, and whether the warning came, (N,) each.
 
     An agent that perceives a fire at step d before any warning is censored at d - 1. An agent without fire and warning
-    is censored at its last step. For `analysis.formulas`; `warned` is (T, N), as from `find_labels`.
+    is censored at its last step. `warned` is (T, N), as from `find_labels`.
     """
     perceived_at = first_step(run.perceived)
     return _waited(perceived_at, trace(perceived_at, first_step(warned), deliveries_of(run, warned)), run.last)
@@ -220,7 +220,7 @@ def _waited(perceived_at: IntArray, cascade: Cascade, last: IntArray) -> tuple[I
 
 
 def deliveries_of(run: GridRun, warned: BoolArray) -> IntArray:
-    """Return the deliveries of warnings, rows (step, sender, recipient), (K, 3); warned (T, N)."""
+    """Return the deliveries of warnings, (K, 3): rows (step, sender, recipient); warned is (T, N)."""
     return run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
 
 
@@ -234,13 +234,13 @@ def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, 
 
 
 def _reachable(run: GridRun) -> BoolArray:
-    """Return the agents that would be told if everyone relayed, (N,)."""
+    """Return which agents would be told if all agents always passed news on, (N,)."""
     perceived_at = first_step(run.perceived)
     return spread(perceived_at, run.contacts) < perceived_at
 
 
 def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: BoolArray) -> dict[str, float]:
-    """Return all measures of this signature except the measures of relays."""
+    """Return all measures except those of relaying; the arguments are as in `_measure` and `_reachable`."""
     perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
     traced = spread(perceived_at, heard) < perceived_at
@@ -262,7 +262,7 @@ def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: 
 def _reach(
     run: GridRun, cascade: Cascade, perceived_at: IntArray, *, traced: BoolArray, reachable: BoolArray
 ) -> dict[str, float]:
-    """Return the measures of told agents, which need a perceived fire."""
+    """Return the measures that are defined only if an agent perceives a fire."""
     told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
     waited, observed = _waited(perceived_at, cascade, run.last)
     return {
@@ -280,21 +280,23 @@ def _reach(
 
 
 def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
-    """Return the reached agents / the agents that did not perceive a fire first."""
+    """Return the number of reached agents divided by the number of agents that did not perceive a fire first."""
     first_hand = (perceived_at < NEVER) & ~reached
     return ratio(int(reached.sum()), int((~first_hand).sum()))
 
 
 def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArray:
-    """Return whether an agent had a reason to warn when it spoke at a step, (T, N)."""
+    """Return whether each agent knew of a fire when it spoke at each step, (T, N)."""
     step = np.arange(1, steps + 1)[:, None]
     return (perceived_at <= step) | (heard_at < step)
 
 
 def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
-    """Return the measures of relaying, for the actual labels and for their shifts."""
+    """Return the measures of relaying: for the actual labels, and compared with shifted labels."""
     said = run.spoke & run.message_counted
-    relays = relays_of(run, _with_shifts(warned[said], _spells(said, perceived_at)))
+    step, agent = np.nonzero(said)
+    periods = 2 * agent + (step + 1 >= perceived_at[agent])
+    relays = relays_of(run, _with_shifts(warned[said], periods))
     chance = relays.shares[1:]
     relayed = float(relays.shares[0])
     return {
@@ -305,7 +307,7 @@ def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str
 
 
 def relays_of(run: GridRun, labels: BoolArray) -> Relays:
-    """Return who passed warnings on, for S labellings of the M messages that count, (S, M)."""
+    """Return how many agents passed warnings on, for S labellings of the M messages that count, (S, M)."""
     said = run.spoke & run.message_counted
     warned = np.zeros((len(labels), *said.shape), dtype=np.bool_)
     warned[:, said] = labels
@@ -313,34 +315,29 @@ def relays_of(run: GridRun, labels: BoolArray) -> Relays:
     return find_relays(warned, told_at, first_step(run.perceived), able=run.message_counted, within=RELAY_WITHIN)
 
 
-def _spells(said: BoolArray, perceived_at: IntArray) -> IntArray:
-    """Return the index of each message's spell, (M,): its agent, before or after it saw a fire; said is (T, N)."""
-    step, agent = np.nonzero(said)
-    return np.asarray(2 * agent + (step + 1 >= perceived_at[agent]))
-
-
-def _with_shifts(labels: BoolArray, spells: IntArray) -> BoolArray:
-    """Return the labels of M messages, then SHUFFLES fixed shifts of them within spells, (1 + SHUFFLES, M).
+def _with_shifts(labels: BoolArray, periods: IntArray) -> BoolArray:
+    """Return the labels of M messages, then SHUFFLES shifts of them, always the same, (1 + SHUFFLES, M).
 
     Args:
         labels: labels of the messages by step, then agent, (M,).
-        spells: index of each message's spell, (M,).
+        periods: number of the period of each message, (M,); labels are shifted within a period: the messages of an
+            agent before it saw a fire, or after it.
     """
     rows, rng = np.tile(labels, (1 + SHUFFLES, 1)), seeding.stream(0, "labels of messages")
-    for spell in np.unique(spells):
-        own = np.flatnonzero(spells == spell)
+    for period in np.unique(periods):
+        own = np.flatnonzero(periods == period)
         shifts = rng.integers(len(own), size=SHUFFLES)
         rows[1:, own] = labels[own[(np.arange(len(own)) - shifts[:, None]) % len(own)]]
     return rows
 
 
 def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
-    """Return the step at which each agent first hears a warning, (S, N), for each labelling; NEVER without one.
+    """Return the step at which each agent first hears a warning (NEVER without one), for S labellings, (S, N).
 
     Args:
         run: the run.
-        said: labelled messages, M of them, (T, N).
-        labels: by labelling and message, (S, M).
+        said: which agents sent a message that has a label, (T, N); M in all.
+        labels: whether each message is a warning, by labelling, (S, M).
     """
     number = np.full(said.shape, NOBODY)
     number[said] = np.arange(labels.shape[1])

@@ -1,8 +1,8 @@
-"""Finds the agents of a 2D world that can be asked ahead of their step, because no agent behind can reach them.
+"""Finds the agents of a 2D world that foundry can ask before the other agents have completed the same step.
 
 An agent's question depends on the agents within `communication_distance` in its area, on the number of agents in its
 place, and on its neighbours' messages. An agent moves by at most one cell per step. So an agent that is n steps behind
-will be within n cells (Manhattan distance) of its present cell. If no agent behind can reach an agent, this agent's
+will be within n cells (Manhattan distance) of its present cell. If no agent behind can come near an agent, this agent's
 perception does not depend on their decisions. This is the rule of conservative discrete-event simulation; for agents of
 language models see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
@@ -19,20 +19,20 @@ import numpy as np
 from foundry.worlds.base import Ahead, Answer, Asked, Question
 from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, question
 from foundry.worlds.grid.grid_settings import GridSettings, History
-from foundry.worlds.grid.parsing import MessageReading, Readings
+from foundry.worlds.grid.parsing import MessageReading, read_action, read_message
 from foundry.worlds.grid.space import OUTSIDE, BoolArray, Cell, Fire, IntArray, Place
 
 Target: TypeAlias = Callable[[Cell, str | None], Cell]
-"""Returns the cell after a move in a direction, or None."""
+"""A function that returns the cell after a move in a direction; the direction None means staying."""
 
 MOST_STEPS = 32
-"""Maximum lead of an agent over another, in steps; a larger lead rarely helps."""
+"""Maximum number of steps by which an agent may be ahead of another; a larger number rarely saves time."""
 
 MOST_WAITING = 20_000
-"""Maximum number of answers in memory that wait for the slowest agent; each takes a few KB."""
+"""Maximum number of answers that wait in memory for the slowest agent; each takes a few KB."""
 
 _UNKNOWN = -2
-"""Area of agents that have not reached a step yet; it differs from every area, including OUTSIDE."""
+"""Stands for the area of an agent that has not reached a step; no area, not even OUTSIDE, has this number."""
 
 _KNOWN: dict[type[msgspec.Struct], str] = {
     GridSettings: (
@@ -43,11 +43,11 @@ _KNOWN: dict[type[msgspec.Struct], str] = {
     Fire: "name start position intensity radius",
     History: "memory messages",
 }
-"""The settings that the rule supports."""
+"""The settings for which the rule of this module holds, by the class that has them."""
 
 
 def is_known(settings: GridSettings) -> bool:
-    """Return whether a world uses only settings that the rule supports."""
+    """Return whether the rule of this module holds for a world: settings that it does not know have their defaults."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
         one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
@@ -57,18 +57,18 @@ def is_known(settings: GridSettings) -> bool:
 
 
 _fields = cache(msgspec.structs.fields)
-"""The settings of a part; cached, since msgspec needs time to list them."""
+"""Lists the settings of a class; cached, since msgspec needs time for it."""
 
 
 def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray:
-    """Return which agents can come within reach of a cell in their remaining steps.
+    """Return which agents can come within reach of a cell in a number of steps, shape (n,).
 
     The reachable cells form a square standing on its corner, |x| + |y| <= steps. The result says whether the nearest
     point of this square is within reach.
 
     Args:
         offsets: offset of each agent from the cell, (n, 2).
-        steps: remaining steps of each agent, (n,).
+        steps: number of steps that each agent may still take, (n,).
         reach: Euclidean distance in cells.
     """
     away = np.abs(offsets)
@@ -80,7 +80,7 @@ def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray
 
 
 def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
-    """Return which agents can be in a place after the given numbers of steps; cells (n, 2), steps (n,)."""
+    """Return which agents can enter a place within a number of steps, shape (n,); cells (n, 2), steps (n,)."""
     low, high = np.array([place.x_min, place.y_min]), np.array([place.x_max, place.y_max])
     away = np.maximum(low - cells, 0) + np.maximum(cells - high, 0)
     return np.asarray(away.sum(axis=1) <= steps)
@@ -88,7 +88,7 @@ def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
 
 @dataclass
 class Kept:
-    """The memory of an agent, oldest first; each deque is as long as in the world."""
+    """A copy of an agent's memories and received messages, oldest first, with the world's limits of their number."""
 
     memories: deque[str]
     received: deque[dict[str, Any]]
@@ -99,15 +99,15 @@ class Kept:
 
 @dataclass
 class _Moment:
-    """The known part of a step.
+    """The state of the agents in one step, as far as it is known.
 
     Attributes:
         cells: cell of each agent, (n, 2).
-        areas: area of each agent, (n,); _UNKNOWN before it reaches this step.
-        near: neighbours of each agent that was asked.
-        perceived: observations of agents, until they are asked for an action.
-        unheard: number of messages for which an agent still waits, including its own.
-        acted: number of agents that have decided.
+        areas: area of each agent, (n,); _UNKNOWN before the agent reaches this step.
+        near: neighbours of each agent that was asked for a message.
+        perceived: observation of each agent, until the agent is asked for an action.
+        unheard: number of messages that an agent still waits for, including its own.
+        acted: number of agents that have decided on an action.
     """
 
     cells: IntArray
@@ -120,7 +120,7 @@ class _Moment:
 
 
 class GridAhead(Ahead):
-    """Tracks the step of each agent and the agents that it must wait for."""
+    """Tracks which step each agent has reached, and which agents it must wait for."""
 
     def __init__(
         self,
@@ -130,21 +130,19 @@ class GridAhead(Ahead):
         step: int,
         cells: Sequence[Cell],
         kept: Sequence[Kept],
-        readings: Readings,
     ) -> None:
         """Begin at a step, before its messages.
 
         Args:
             settings: the configured world.
-            perception: the world's perception.
-            target: the world's rule for moves.
+            perception: makes the observations of the world.
+            target: returns the cell after a move.
             step: number of the next step, from 1.
-            cells: cell of each agent at that step.
-            kept: memory of each agent at that step.
-            readings: the world's reader of replies.
+            cells: cell of each agent at the beginning of that step.
+            kept: memory of each agent at the beginning of that step.
         """
         self._settings, self._perception, self._target = settings, perception, target
-        self._kept, self._readings = kept, readings
+        self._kept = kept
         self._cells = np.array(cells, dtype=np.int64).reshape(-1, 2)
         self._areas = settings.field.areas(self._cells)
         self._steps = np.full(len(cells), step)
@@ -156,7 +154,11 @@ class GridAhead(Ahead):
         self._most = max(1, min(MOST_STEPS, MOST_WAITING // (2 * len(cells))))
 
     def ready(self) -> Sequence[Question]:
-        """Return the message questions of agents that nobody can reach, then action questions after all messages."""
+        """Return the questions that can be asked now.
+
+        An agent is asked for a message once no agent behind can come near, and for an action once it has heard all
+        messages of its step.
+        """
         asked = [self._ask_action(agent) for agent in self._to_act]
         for agent in self._to_look_at:
             holder = self._holder(agent)
@@ -176,7 +178,7 @@ class GridAhead(Ahead):
             self._take_action(self._moments[step], agent, answer)
 
     def next_round(self) -> Sequence[Asked]:
-        """Return the messages or the actions of a step once all agents have decided them."""
+        """Return the step, agent and kind of each question of the world's next round, once all of them are answered."""
         step, kind = self._round
         agents = len(self._kept)
         moment = self._moments.get(step)
@@ -188,7 +190,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Return the agent furthest behind that may still come near this agent, or None."""
+        """Return the agent that this agent must wait for, or None: of those that may come near, the furthest behind."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):
@@ -218,7 +220,7 @@ class GridAhead(Ahead):
         return question(moment.perceived.pop(agent), kept.memories, kept.received, moment.said[agent])
 
     def _take_message(self, moment: _Moment, agent: int, answer: Answer) -> None:
-        moment.said[agent] = self._readings.messages.ahead(answer)
+        moment.said[agent] = read_message(answer)
         for hearer in (agent, *moment.near[agent]):
             if hearer in moment.unheard:
                 moment.unheard[hearer] -= 1
@@ -226,7 +228,7 @@ class GridAhead(Ahead):
                     self._to_act.append(hearer)
 
     def _take_action(self, moment: _Moment, agent: int, answer: Answer) -> None:
-        action = self._readings.actions.ahead(answer)
+        action = read_action(answer)
         if action.is_kept:
             self._kept[agent].memories.append(action.memory)
         x, y = self._cells[agent].tolist()

@@ -1,4 +1,4 @@
-"""Draws a 2D world as a PNG, without a display; equal frames give equal bytes."""
+"""Draws a 2D world as a PNG; equal frames give equal bytes."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ WALL_COLOUR, EXIT_COLOUR, FOOD_COLOUR, BURNING_COLOUR, ZONE_COLOUR = (
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """The parts of a picture other than places, fires and agents.
+    """The things in a picture other than places, fires and agents.
 
     Attributes:
         ids: ids of the present agents, in the order of the frame's cells.
         walls: cells that nobody can enter.
         exits: name and cells of each exit.
         zones: name and cells of each zone.
-        food: cells with food, and the fraction of its maximum, 0 to 1.
+        food: cells with food, and how full each is, 0 to 1.
         gone: number of agents that are gone, by exit or cause of death.
     """
 
@@ -48,7 +48,7 @@ class Furniture:
 
 
 def draw_furniture(axes: Axes, furniture: Furniture) -> None:
-    """Draw the parts below fires and agents, with the name of each exit beside it."""
+    """Draw walls, exits with their names, zones, burning cells and food, below fires and agents."""
     _fill(axes, [cell for cell, _ in furniture.food], FOOD_COLOUR, [0.2 + 0.6 * full for _, full in furniture.food])
     for _, cells in furniture.zones:
         _fill(axes, cells, ZONE_COLOUR, 0.2)
@@ -56,8 +56,7 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
     _fill(axes, furniture.burning, BURNING_COLOUR, 0.55)
     for name, cells in furniture.exits:
         _fill(axes, cells, EXIT_COLOUR, 0.9)
-        backing = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
-        place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "zorder": 7, "bbox": backing}
+        place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "zorder": 7, "bbox": _BACKING}
         axes.annotate(name, cells[0], (0, 9), fontsize=9, fontfamily=families(), color=EXIT_COLOUR, **place)
     if furniture.gone:
         text = ", ".join(f"{count} {name}" for name, count in furniture.gone)
@@ -65,7 +64,7 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
 
 
 def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequence[float]) -> None:
-    """Fill cells with a colour, with one transparency for all or one per cell."""
+    """Fill cells with a colour; `alpha` is its opacity, one for all cells or one per cell."""
     from matplotlib.collections import PolyCollection
 
     if not cells:
@@ -75,21 +74,20 @@ def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequenc
     axes.add_collection(PolyCollection(squares, facecolor=colour, alpha=alpha, linewidth=0, zorder=1.5))
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBBBB")
 """Colours that people with common colour-vision deficiencies can tell apart (Okabe and Ito); fires have vermilion."""
 
 FIRE_COLOUR = "#D55E00"
 PLACE_COLOUR = "#E8E8EE"
+_BACKING = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
+"""The style of the box behind a name."""
 MOST_NUMBERED = 60
-"""Maximum number of agents at which their ids are drawn; more ids would hide the picture."""
+"""Up to this number of agents, the picture shows their ids; more ids would hide it."""
 
 
 @dataclass(frozen=True, slots=True)
 class GridFrame:
-    """The content of a picture; agents by id.
+    """The content of a picture; lists of agents are sorted by id.
 
     Attributes:
         step: number of completed steps.
@@ -97,10 +95,10 @@ class GridFrame:
         occupancy: number of agents in each place.
         fires: the fires that burned at `step`.
         cells: each agent's cell after the moves of `step`.
-        groups: each agent's value of the first persona attribute, or "".
+        groups: each agent's value of the first persona attribute, or "" without attributes.
         group_names: all values of that attribute, in the order of the colours.
         links: pairs of agents that can talk, the lower id first.
-        furniture: further parts, if the world has any; all sequences then omit absent agents.
+        furniture: walls, exits and other parts, or None; with it, `cells` and `groups` omit absent agents.
     """
 
     step: int
@@ -122,7 +120,15 @@ def make_frame(
     cells: Sequence[Cell],
     near: Sequence[tuple[int, ...]] | None = None,
 ) -> GridFrame:
-    """Return the frame after `step` steps, with the agents on these cells; `near` holds the neighbours, if known."""
+    """Return the frame after `step` steps.
+
+    Args:
+        settings: the world.
+        personas: persona of each agent.
+        step: number of completed steps.
+        cells: cell of each agent.
+        near: neighbours of each agent; None to compute them.
+    """
     grid = np.array(cells, dtype=np.int64).reshape(-1, 2)
     areas = settings.field.areas(grid)
     if near is None:
@@ -194,23 +200,12 @@ def _draw_fires(axes: Axes, frame: GridFrame) -> None:
 
 
 def _write(axes: Axes, x: float, y: float, label: str, *, colour: str, frame: GridFrame) -> None:
-    """Write a label above a point, inside the picture."""
+    """Write a label above a point; near the edge, move it inside the picture."""
     reach = frame.half_size - 1
     x_inside = min(max(x, -0.85 * reach), 0.85 * reach)
     y_inside = min(max(y, -0.97 * reach), 0.93 * reach)
-    backing = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
-    axes.text(
-        x_inside,
-        y_inside,
-        label,
-        color=colour,
-        fontsize=10,
-        fontfamily=families(),
-        ha="center",
-        va="bottom",
-        bbox=backing,
-        zorder=2.5,
-    )
+    place: dict[str, Any] = {"ha": "center", "va": "bottom", "zorder": 2.5, "bbox": _BACKING}
+    axes.text(x_inside, y_inside, label, color=colour, fontsize=10, fontfamily=families(), **place)
 
 
 def _draw_agents(axes: Axes, frame: GridFrame) -> None:
@@ -237,7 +232,7 @@ def _draw_agents(axes: Axes, frame: GridFrame) -> None:
 
 
 def _spread(cells: Sequence[Cell]) -> list[tuple[float, float]]:
-    """Return a point per agent; agents in one cell form a small circle."""
+    """Return the point where each agent is drawn; agents in one cell form a small circle."""
     sharing: dict[Cell, list[int]] = {}
     for agent, cell in enumerate(cells):
         sharing.setdefault(cell, []).append(agent)

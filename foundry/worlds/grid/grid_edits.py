@@ -10,18 +10,18 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit, observing
 
 HIGHER = 100
-"""Added to every agent's number under `rename_agents`."""
+"""The edit `rename_agents` adds this to the number of every agent."""
 Moving: TypeAlias = Callable[[float, float], tuple[float, float]]
-"""Returns the new place of a point (x, y)."""
+"""A function that returns the new position of a point (x, y)."""
 _SIDES = {"left": "right", "right": "left"}
 _TURNED = {"right": "up", "up": "left", "left": "down", "down": "right"}
 _WAYS = ("up", "down", "left", "right")
 _PLACED = ("fires", "places", "neighbours", "seen", "exits", "food", "zones")
-"""Keys of lists of things with a position."""
+"""The keys of an observation that list things with a position."""
 
 
 def mirror(question: Question) -> Question:
-    """Mirror all positions on the vertical axis."""
+    """Mirror all positions left to right, on the vertical axis."""
     return _placed(question, lambda x, y: (0 - x, y), _SIDES, lambda rows: [row[::-1] for row in rows])
 
 
@@ -31,7 +31,7 @@ def rotate(question: Question) -> Question:
 
 
 def _turned(rows: Sequence[str]) -> list[str]:
-    """Return rotated rows of text; the last column becomes the first row."""
+    """Return rows of text rotated counter-clockwise: the last column becomes the first row."""
     return ["".join(column) for column in zip(*rows, strict=True)][::-1]
 
 
@@ -42,9 +42,9 @@ def _placed(
 
     Args:
         question: a question of a 2D world.
-        move: returns the exact new place of a point; the origin must not move.
+        move: returns the exact new position of a point; the origin must not move.
         ways: new direction by old direction, for the directions that change.
-        window: returns the new rows of the text that an agent sees, the uppermost first.
+        window: returns the new rows of the agent's view as text, the uppermost first.
     """
     seen = question.observation
     x, y = move(seen["x"], seen["y"])
@@ -61,7 +61,7 @@ def _placed(
 
 
 def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
-    """Return an object at its new place: its middle, and the ends of its width and height."""
+    """Return a thing with its middle (`x`, `y`) and its edges (`x_min` to `y_max`) moved, as far as it has them."""
     changed = dict(thing)
     if "x" in thing:
         changed["x"], changed["y"] = move(thing["x"], thing["y"])
@@ -73,18 +73,18 @@ def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
 
 
 def no_fire(question: Question) -> Question:
-    """Remove the fires that an agent perceives; messages and memories about them stay."""
+    """Remove the fires that the agent perceives; messages and memories about fires stay."""
     window = [row.replace("*", ".") for row in question.observation.get("window", ())]
     return observing(question, fires=[], burning=[], window=window)
 
 
 def no_history(question: Question) -> Question:
-    """Remove the past: the agent's memories and the messages of others."""
+    """Remove the agent's memories and the messages that it received."""
     return observing(question, memory=[], received=[])
 
 
 def rename_agents(question: Question) -> Question:
-    """Raise every agent's number, including the agent's own, in the same order."""
+    """Add 100 to every agent's number, including the agent's own, so their order stays the same."""
     seen = question.observation
     named = {
         key: [{**one, name: one[name] + HIGHER} for one in seen.get(key, ())]
@@ -95,7 +95,7 @@ def rename_agents(question: Question) -> Question:
 
 
 def rename_places(question: Question) -> Question:
-    """Give the places meaningless numbers as names."""
+    """Rename the places to "Place 1", "Place 2" and so on."""
     seen = question.observation
     names = {place["name"]: f"Place {number}" for number, place in enumerate(seen["places"], start=1)}
 
@@ -108,14 +108,17 @@ def rename_places(question: Question) -> Question:
 
 
 def shuffle_neighbours(question: Question) -> Question:
-    """List the neighbours in a different order; a moment always gets the same order."""
+    """List the neighbours in a random order, which is always the same for the same moment."""
     near = question.observation["neighbours"]
     order = seeding.stream(question.sampling_seed(0), "shuffle_neighbours").permutation(len(near))
     return observing(question, neighbours=[near[place] for place in order.tolist()])
 
 
 def swap_persona(question: Question, part: str | None = None) -> Question | None:
-    """Exchange the persona, or one attribute, with the first neighbour that has a different one; None without one."""
+    """Exchange the persona, or one attribute of it, with the first neighbour that has a different one.
+
+    The edit is impossible, so it returns None, if no neighbour has a different one.
+    """
     own, near = question.observation["persona"], question.observation["neighbours"]
     for other in near:
         gained = with_part(own, other["persona"], part)
@@ -142,11 +145,11 @@ EDITS = (
 
 
 def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float) -> Mapping[str, Any] | None:
-    """Return the observation with a fire at the given distance, in its present direction.
+    """Return the observation with a fire moved to a given distance from the agent, in its present direction.
 
-    The fire's new cell is rounded, and the observation states the distance of this cell. It returns None if there is no
-    such fire, the fire is in the agent's own cell, its new cell is outside the grid or out of its radius, or fires
-    spread.
+    The fire moves to the nearest cell at this distance, and the observation states the exact distance of that cell. The
+    function returns None if the fire cannot be moved: there is no such fire, the fire is in the agent's own cell, its
+    new cell is outside the grid or out of the fire's radius, or fires spread.
     """
     fires, place = observation.get("fires", ()), int(keys[1])
     if not -len(fires) <= place < len(fires) or observation.get("burning") or observation.get("window"):

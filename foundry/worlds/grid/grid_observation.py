@@ -1,6 +1,6 @@
 """Observations and questions of agents, and the delivery of messages.
 
-Keys of an observation; lists are in configuration order unless stated otherwise:
+Keys of an observation (lists are in the order of the configuration unless stated otherwise):
 
 agent           id, 0-based.
 step            1-based step.
@@ -8,8 +8,9 @@ persona         value by attribute.
 x, y            its cell.
 half_size       both axes run from -half_size to +half_size.
 place_types     the types of the places, each once, in configuration order (the paper's order is arbitrary).
-place           null outside all places, else {name, type, agents, capacity, occupancy_rate}; counts the agent too.
-fires           the fires it perceives: [{name, x, y, intensity, radius, distance}].
+place           its place, {name, type, agents, capacity, occupancy_rate}, or null outside all places; `agents` counts
+                itself too.
+fires           the fires that it perceives: [{name, x, y, intensity, radius, distance}].
 places          all places: [{name, type, x, y, x_min, x_max, y_min, y_max, capacity}].
 neighbours      agents it can talk to, by ascending id: [{id, x, y, persona, place: null or {name, type}}].
 memory          its own memories, oldest first.
@@ -35,7 +36,6 @@ from foundry.worlds.grid.space import (
     IntArray,
     Place,
     distances,
-    fires_perceived_at,
     neighbours,
     perceived_fires,
 )
@@ -43,13 +43,13 @@ from foundry.worlds.grid.space import (
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The perception of all agents at one step; sequences are by agent id, without absent agents.
+    """The perception of all agents that are present in a step; every sequence has one element per agent, by id.
 
     Attributes:
         areas: index of the place of each agent, or OUTSIDE.
         fires: names of the fires that each agent perceives.
-        neighbours: ids that each agent can talk to.
-        observations: all keys but `memory`, `received` and `message`.
+        neighbours: ids of the agents that each agent can talk to.
+        observations: the observations, without the keys `memory`, `received` and `message`.
     """
 
     areas: Sequence[int]
@@ -60,7 +60,15 @@ class Scene:
     def step_of(
         self, index: int, cell: Cell, arrived: Cell, message: MessageReading, action: ActionReading
     ) -> dict[str, Any]:
-        """Return the values of `GridStep` for an agent by its index here, except `step`, `agent` and `place`."""
+        """Return the fields of a `GridStep` except `step`, `agent` and `place`, for the agent at `index` of this scene.
+
+        Args:
+            index: index of the agent in the sequences of this scene.
+            cell: its cell before the move.
+            arrived: its cell after the move.
+            message: its message.
+            action: its decision.
+        """
         return {
             "x": cell[0],
             "y": cell[1],
@@ -81,7 +89,7 @@ class Scene:
 
 
 class Perception:
-    """Observes scenes of one configured world; constant parts are made once and shared."""
+    """Makes the observations of one configured world; it makes the constant parts once and shares them."""
 
     def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]]) -> None:
         self._settings = settings
@@ -102,7 +110,7 @@ class Perception:
     def _observe(
         self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
     ) -> Scene:
-        """Return the scene at `step` with these agents, ids ascending, on these cells; sequences are in this order."""
+        """Return the scene at `step`; ids are ascending, and the cells are in the same order."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
         near = self._near(grid, area_of)
@@ -119,25 +127,25 @@ class Perception:
         return Scene(areas, names, heard, observations)
 
     def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-        """Return, for each agent, the indices of the agents that it can talk to; cells (n, 2), areas (n,)."""
+        """Return the neighbours of each agent, as indices of `cells`; cells has shape (n, 2), areas (n,)."""
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
-        """Return an agent's neighbours and perception at `step`, as `observe` would.
+        """Return the ids of an agent's neighbours, and its observation, as `observe` would.
 
         Args:
             step: 1-based step.
             agent: id of the agent.
             cells: cell of each agent, (n, 2).
-            areas: area of each agent, (n,). An agent that is only known to be out of reach and in another place has a
-                number that no area has.
+            areas: area of each agent, (n,). If an agent's cell is unknown, its area has a number that no area has; it
+                must be out of reach and in another place.
         """
         area = int(areas[agent])
         there = np.flatnonzero(areas == area)
         is_near = distances(cells[there], cells[agent]) <= self._settings.communication_distance
         near = there[is_near & (there != agent)]
         x, y = cells[agent].tolist()
-        fires = fires_perceived_at((x, y), self._told, step)
+        fires = perceived_fires(self._told, step, cells[agent : agent + 1])[0]
         visited = self._visited(area, len(there))
         me = self._seen(agent, (x, y), area)
         met = [
@@ -166,12 +174,12 @@ class Perception:
         }
 
     def _seen(self, agent: int, cell: Cell, area: int) -> dict[str, Any]:
-        """Return the part of an agent that others see."""
+        """Return the part of an observation about an agent that its neighbours see."""
         place = None if area == OUTSIDE else self._seen_places[area]
         return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
 
     def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
-        """Return what the agents in an area observe of it; `agents` is their number."""
+        """Return the observation of a place by the agents in it; `agents` is their number. None outside all places."""
         if area == OUTSIDE:
             return None
         place = self._settings.places[area]
@@ -203,7 +211,7 @@ IDLE = {
     MESSAGE: json.dumps({"message": None, "reasoning": "I keep to myself."}),
     ACTION: json.dumps({"action": "stay", "memory": "", "reasoning": "I stay where I am."}),
 }
-"""The idle replies."""
+"""The reply that does nothing, by kind of question."""
 
 
 def question(
@@ -212,13 +220,13 @@ def question(
     received: Iterable[dict[str, Any]],
     said: MessageReading | None,
 ) -> Question:
-    """Return the message question of an agent, or its action question once it has answered the first.
+    """Return the message question of an agent, or its action question if it has already given its message.
 
     Args:
-        perceived: its observation before the move.
+        perceived: its observation in this step, without memories and messages.
         memories: its memories, oldest first.
         received: messages from others, oldest first.
-        said: its message at this step; None before it.
+        said: its message in this step; None before it has given one.
     """
     observation = perceived | {"memory": list(memories), "received": list(received)}
     if said is not None:
@@ -230,11 +238,11 @@ def question(
 def deliveries(
     step: int, said: Iterable[tuple[int, MessageReading]], neighbours: Iterable[Iterable[int]]
 ) -> list[Message]:
-    """Return the delivered messages of a step, by sender and recipient.
+    """Return the delivered messages of a step, sorted by sender and recipient.
 
     Args:
         step: 1-based step.
-        said: senders with their messages; silence reaches nobody.
+        said: senders with their messages; a silent sender reaches nobody.
         neighbours: recipients of each sender, in the order of the senders.
     """
     return [
@@ -246,5 +254,5 @@ def deliveries(
 
 
 def heard(message: Message) -> dict[str, Any]:
-    """Return a delivered message as its recipient remembers it."""
+    """Return a delivered message in the form of the observation's key `received`."""
     return {"sender": message.sender, "text": message.text}

@@ -1,4 +1,4 @@
-"""Policies of 2D worlds, the legal moves, and replies in the JSON that prompts ask for."""
+"""Scripted policies of 2D worlds, and the legal moves and replies that they use."""
 
 import json
 import math
@@ -6,32 +6,30 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import fmean
-from typing import Any, TypeAlias
+from typing import Any
 
 from numpy.random import Generator
 
 from foundry.models.base import ScriptedModel
-
-Cell: TypeAlias = tuple[int, int]
+from foundry.worlds.grid.space import OFFSETS, Cell
 
 STAY = "stay"
-_OFFSETS = {STAY: (0, 0), "up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 LEADER = "leader"
 """The role of leaders, who know the exits."""
 _WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
-_WAYS = {"right": (1, 0), "up": (0, 1), "left": (-1, 0), "down": (0, -1)}
-"""Tie-break order of directions, so that food is grazed row by row."""
+_WAYS = {way: OFFSETS[way] for way in ("right", "up", "left", "down")}
+"""The directions in the order of preference, which lets agents eat the food row by row."""
 
 
 def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:
-    """Return the target cell of each legal choice: `stay`, then the directions that stay on the grid."""
+    """Return the cell after each legal choice: `stay`, then the directions that do not leave the grid."""
     x, y, half_size = observation["x"], observation["y"], observation["half_size"]
-    cells = {choice: (x + dx, y + dy) for choice, (dx, dy) in _OFFSETS.items()}
+    cells = {STAY: (x, y)} | {way: (x + dx, y + dy) for way, (dx, dy) in OFFSETS.items()}
     return {choice: cell for choice, cell in cells.items() if max(abs(cell[0]), abs(cell[1])) <= half_size}
 
 
 def is_on_grid(kind: str, observation: Mapping[str, Any]) -> bool:
-    """Return whether a question belongs to a 2D world, that is, gives the agent's cell and the size of the grid."""
+    """Return whether a question comes from a 2D world: its observation has the agent's cell and the grid's size."""
     return kind in ("message", "action") and {"x", "y", "half_size"} <= observation.keys()
 
 
@@ -41,7 +39,7 @@ def any_of(choices: list[str], rng: Generator) -> str:
 
 
 def towards(observation: Mapping[str, Any], x: float, y: float, rng: Generator) -> str:
-    """Return a legal choice that leads closest to a point; a tie is decided at random."""
+    """Return the legal choice that leads closest to a point, or a random one of several equally good choices."""
     gaps = {choice: math.dist(cell, (x, y)) for choice, cell in legal_moves(observation).items()}
     nearest = min(gaps.values())
     return any_of([choice for choice, gap in gaps.items() if gap <= nearest + 1e-9], rng)
@@ -54,12 +52,12 @@ def act(choice: str, *, memory: str = "", reasoning: str) -> str:
 
 
 def say(text: str | None, *, reasoning: str) -> str:
-    """Return the reply to a message question; None is silence."""
+    """Return the reply to a message question; the text None means silence."""
     return json.dumps({"message": text, "reasoning": reasoning}, ensure_ascii=False)
 
 
 class Echo(ScriptedModel):
-    """Repeats the last message that it received, or else states its own number, and walks at random."""
+    """Walks at random, and repeats the last message that it received; before the first one, it says its own number."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Repeat the last message."""
@@ -73,7 +71,7 @@ class Echo(ScriptedModel):
 
 
 class Herd(ScriptedModel):
-    """Goes to the centroid of its neighbours, or walks at random without neighbours, and says their number."""
+    """Goes to the centroid of its neighbours and says how many there are; without neighbours, it walks at random."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say the number of neighbours."""
@@ -91,10 +89,10 @@ class Herd(ScriptedModel):
 
 
 class Seek(ScriptedModel):
-    """Takes a shortest path to the nearest place, stays there, and says its place or goal."""
+    """Takes a shortest path to the nearest place and stays there; it says which place it is in, or goes to."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Name the place."""
+        """Name the place where it is, or to which it goes."""
         if observation["place"]:
             return say(f"I am in {observation['place']['name']}.", reasoning="Others may want to know.")
         goal = _nearest(observation)
@@ -113,7 +111,7 @@ class Seek(ScriptedModel):
 
 
 def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
-    """Return a step on a shortest path to the nearest place; stay inside a place or if there is none."""
+    """Return a step on a shortest path to the nearest place; `stay` inside a place, or if there are no places."""
     goal = _nearest(observation)
     if observation["place"] or goal is None:
         return STAY
@@ -121,7 +119,7 @@ def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
 
 
 def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the place with the shortest path; in a tie, the first."""
+    """Return the place with the shortest path; if several are equally near, the first of them."""
 
     def path(place: Mapping[str, Any]) -> int:
         x, y = _entrance(place, observation)
@@ -131,7 +129,7 @@ def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 
 def _entrance(place: Mapping[str, Any], observation: Mapping[str, Any]) -> Cell:
-    """Return the cell of the place that is nearest to the agent."""
+    """Return the place's cell that is nearest to the agent."""
     x = min(max(observation["x"], place["x_min"]), place["x_max"])
     y = min(max(observation["y"], place["y_min"]), place["y_max"])
     return x, y
@@ -153,9 +151,9 @@ class _Fire:
 
 
 class Avoid(ScriptedModel):
-    """Leaves and avoids the radius of every fire that it knows, and passes warnings on.
+    """Stays out of the radius of every fire that it knows, and passes warnings on.
 
-    It stores warnings in its memory, since messages are forgotten earlier.
+    It also stores the warnings in its memory, because it forgets messages earlier than memories.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -163,7 +161,7 @@ class Avoid(ScriptedModel):
         return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Leave the fire, or walk at random outside all radii."""
+        """Walk at random outside the radii of all fires, or leave the radius of a fire."""
         fires = _known_fires(observation)
         memory = known_fires(observation)
         cells = legal_moves(observation)
@@ -177,19 +175,19 @@ class Avoid(ScriptedModel):
 
 
 def warn(observation: Mapping[str, Any]) -> str:
-    """Return a warning of all known fires; silence without fires or neighbours."""
+    """Return the reply that warns the neighbours of all known fires, or stays silent without fires or neighbours."""
     if not _known_fires(observation) or not observation["neighbours"]:
         return say(None, reasoning="There is nothing to warn of, or nobody to warn.")
     return say("Warning: " + known_fires(observation), reasoning="Others may not perceive it.")
 
 
 def known_fires(observation: Mapping[str, Any]) -> str:
-    """Return all known fires as the text for messages and memory."""
+    """Return the text about all known fires that messages and memories contain."""
     return " ".join(map(str, _known_fires(observation)))
 
 
 def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
-    """Return the fires that it perceives, remembers or was warned of, by name and position, without repetition."""
+    """Return the fires that an agent perceives, remembers or was warned of, each once, sorted by name and position."""
     known = {_Fire(fire["name"], fire["x"], fire["y"], fire["radius"]) for fire in observation["fires"]}
     texts = [*observation["memory"], *(heard["text"] for heard in observation["received"])]
     for text in texts:
@@ -199,9 +197,9 @@ def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
 
 
 class ShortestPath(ScriptedModel):
-    """Takes a shortest route to the exit that empties the room soonest, as the oracle of an evacuation.
+    """Takes a shortest route to its exit in the fastest evacuation of all agents, and says nothing.
 
-    It reads `ways_out` of `Question.secret`. Without a route it stays. It says nothing.
+    It reads `ways_out` of `Question.secret`, which models never see. Without a route it stays.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -217,8 +215,8 @@ class ShortestPath(ScriptedModel):
 class FollowLeader(ScriptedModel):
     """Goes to the nearest visible leader, or else by a shortest route to the nearest known exit; warns of fires.
 
-    A leader goes to an exit, and so does an agent that sees an exit. An agent that knows no exit walks at random. It
-    reads `ways_known` of `Question.secret`.
+    Leaders, and agents that see an exit, follow nobody. An agent without leader and exit walks at random. The policy
+    reads `ways_known` of `Question.secret`, which models never see.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -226,14 +224,14 @@ class FollowLeader(ScriptedModel):
         return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Step towards its leader or exit."""
+        """Step towards a leader or an exit."""
         ways, why = _followed(observation)
         choices = ways or list(observation.get("open") or [STAY])
         return act(any_of(choices, rng), memory=known_fires(observation), reasoning=why)
 
 
 def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
-    """Return the open directions towards its leader or exit and the reason; no directions if it must search."""
+    """Return the open directions towards a leader or an exit, and the reason; no directions if it knows neither."""
     leads = observation["persona"].get("role") == LEADER
     leaders = [one for one in observation.get("seen") or () if one["persona"].get("role") == LEADER]
     if leads or not leaders or any(one["seen"] for one in observation.get("exits") or ()):
@@ -244,16 +242,16 @@ def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
 
 
 def _nearer(observation: Mapping[str, Any], dx: int, dy: int) -> list[str]:
-    """Return the open directions that reduce the distance to a point at this offset in columns and rows."""
+    """Return the open directions that lead closer to a point which is dx columns and dy rows away."""
     wanted = {"right": dx > 0, "left": dx < 0, "up": dy > 0, "down": dy < 0}
     return [way for way in observation["open"] if wanted[way]]
 
 
 class Forager(ScriptedModel):
-    """Reproduces if it can, gathers food in its cell, or else goes to the nearest visible food.
+    """Reproduces if it can, or else gathers the food in its cell, or else goes to the nearest visible food.
 
-    It prefers the larger of two equally near foods, and the first of right, up, left, down. Without visible food it
-    walks at random. It says nothing.
+    Of equally near cells with food it prefers the one with the most food, then the one to the right, above, to the
+    left, below. Without visible food it walks at random. It says nothing.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -261,12 +259,25 @@ class Forager(ScriptedModel):
         return say(None, reasoning="I mind my own business.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Gather, or go to food."""
-        return _forage(observation, rng)
+        """Reproduce, gather, or go to food."""
+        x, y, food = observation["x"], observation["y"], observation.get("food") or ()
+        birth = observation.get("reproduction")
+        if birth is not None and observation["energy"] >= birth["needs"]:
+            return _do("reproduce", reasoning="I have enough for two.")
+        if not food:
+            choices = list(observation.get("open") or legal_moves(observation))
+            return act(any_of(choices, rng), reasoning="I look for food.")
+        offsets = [(one["x"] - x, one["y"] - y, one["amount"]) for one in food]
+        dx, dy, _ = min(offsets, key=lambda one: (abs(one[0]) + abs(one[1]), -one[2], _rank(one[0], one[1])))
+        if dx == dy == 0:
+            return _do("gather", reasoning="There is food here.")
+        ways = [way for way, (right, up) in _WAYS.items() if right * dx > 0 or up * dy > 0]
+        open_way = next((way for way in ways if way in observation["open"]), None)
+        return act(open_way or any_of(list(observation["open"]), rng), reasoning="There is food over there.")
 
 
 class Sharer(Forager):
-    """A forager that gives some of its energy to an agent within reach if it has more than enough.
+    """A forager that gives energy to an agent within reach if it has more than enough.
 
     Attributes:
         enough: energy above which it gives.
@@ -283,7 +294,7 @@ class Sharer(Forager):
         if touchable and observation["energy"] is not None and observation["energy"] > self._enough:
             target = touchable[int(rng.integers(len(touchable)))]
             return _do("share", target=target, amount=self._gift, reasoning="I have more than I need.")
-        return _forage(observation, rng)
+        return super().action(observation, rng)
 
 
 class Fighter(Forager):
@@ -295,29 +306,11 @@ class Fighter(Forager):
         if touchable and observation["energy"] is not None:
             target = touchable[int(rng.integers(len(touchable)))]
             return _do("attack", target=target, reasoning="What is theirs can be mine.")
-        return _forage(observation, rng)
-
-
-def _forage(observation: Mapping[str, Any], rng: Generator) -> str:
-    x, y, food = observation["x"], observation["y"], observation.get("food") or ()
-    birth = observation.get("reproduction")
-    if birth is not None and observation["energy"] >= birth["needs"]:
-        return _do("reproduce", reasoning="I have enough for two.")
-    if not food:
-        return act(any_of(list(observation.get("open") or legal_moves(observation)), rng), reasoning="I look for food.")
-    goal = min(
-        food, key=lambda one: (abs(one["x"] - x) + abs(one["y"] - y), -one["amount"], _rank(one["x"] - x, one["y"] - y))
-    )
-    dx, dy = goal["x"] - x, goal["y"] - y
-    if dx == dy == 0:
-        return _do("gather", reasoning="There is food here.")
-    ways = [way for way, (right, up) in _WAYS.items() if right * dx > 0 or up * dy > 0]
-    chosen = next((way for way in ways if way in observation["open"]), None) or any_of(list(observation["open"]), rng)
-    return act(chosen, reasoning="There is food over there.")
+        return super().action(observation, rng)
 
 
 def _rank(dx: int, dy: int) -> int:
-    """Return the rank of a direction among equally good ones; smaller ranks come first."""
+    """Return the rank of an offset by its first direction in the order of preference; smaller ranks come first."""
     return next((rank for rank, (right, up) in enumerate(_WAYS.values()) if right * dx > 0 or up * dy > 0), len(_WAYS))
 
 

@@ -31,15 +31,15 @@ from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 MOST_AGENTS = 20_000
-"""Maximum number of agents; neighbours need all pairs, and no server answers more."""
+"""Maximum number of agents; no server answers more in a reasonable time."""
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Lengths of an agent's memory; 0 keeps nothing.
+    """How much an agent remembers.
 
     Attributes:
-        memory: number of its own memories.
-        messages: number of messages from others.
+        memory: number of its latest own memories; 0 for none.
+        messages: number of the latest messages from others; 0 for none.
     """
 
     memory: Size
@@ -55,23 +55,29 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         agents: number of agents.
         steps: number of steps.
         places: rectangles that do not overlap.
-        fires: fires, with their first steps.
-        personas: weights by attribute and value, drawn independently for each agent.
-        layout: rule for the first positions.
+        fires: the fires.
+        personas: weight of each value by attribute; the values are drawn independently for each agent.
+        layout: the rule that places the agents at the start.
         communication_distance: largest Euclidean distance at which agents can talk, cells.
-        history: lengths of an agent's memory.
+        history: how much an agent remembers.
         draw_positions: whether the seed draws the positions of places and fires; the settings then give no positions.
-        tell_fires: whether agents perceive fires; if not, fires still burn and hurt.
+        tell_fires: whether agents perceive fires; if not, fires still spread and kill.
 
     Further parts, all optional:
-        walls: rectangles of cells that nobody can enter, by two opposite corners. walls_block: what walls block besides
-        moves: `sight`, `talk`. exits: ways out of the world. cell_capacity: number of agents that fit in a cell; null
-        for any number. view: columns and rows that an agent sees to each side; null for the whole grid.
-        communication_shape: `circle` if the communication distance is Euclidean, `square` if it is in columns and rows.
-        leaders: agents that know all exits. zones: areas where agents may die. order: an instruction to all agents.
-        energy: energy of agents; an agent without energy dies. food: sources of energy. sharing: whether agents can
-        share their energy. attack: effect of an attack; null without attacks. reproduction: conditions of a birth; null
-        without births.
+        walls: rectangles of cells that nobody can enter, by two opposite corners.
+        walls_block: `sight`, `talk` or both, which walls block in addition to moves.
+        exits: ways out of the world.
+        cell_capacity: number of agents that fit in a cell; null for any number.
+        view: number of columns and rows that an agent sees to each side; null for the whole grid.
+        communication_shape: `circle` for a Euclidean communication distance, `square` for one in columns and rows.
+        leaders: the agents that know all exits.
+        zones: areas where agents may die.
+        order: an instruction to all agents.
+        energy: energy of agents; an agent without energy dies.
+        food: sources of energy.
+        sharing: whether agents can share their energy.
+        attack: effect of an attack; null if agents cannot attack.
+        reproduction: conditions of a birth; null without births.
     """
 
     name: Name
@@ -102,7 +108,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     reproduction: Reproduction | None = None
 
     def for_seed(self, seed: int) -> "GridSettings":
-        """Return the settings of the run with this seed, including drawn positions."""
+        """Return the settings of the run with this seed, with the positions that the seed draws, if it draws any."""
         if not self.draw_positions:
             return self
         extents = np.array([place.extent for place in self.places], dtype=np.int64).reshape(-1, 2)
@@ -111,7 +117,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def furnished(self) -> bool:
-        """True if the world has further parts."""
+        """True if the world has further parts, such as walls or energy."""
         further = any(getattr(self, name) for name in _FURTHER) or self.communication_shape != "circle"
         return further or any(fire.spread or fire.risk for fire in self.fires)
 
@@ -133,7 +139,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def field(self) -> Field:
-        """The grid, its places, and cells where no agent may start: walls, exits, zones and cells without a way out."""
+        """The grid, its places, and the cells where no agent may start: walls, exits, zones, or without a way out."""
         if not (self.walls or self.exits or self.zones):
             return Field(self.half_size, self.places)
         ground = self.ground
@@ -153,7 +159,7 @@ _FURTHER = tuple(
 
 
 _POSITIONS = {"places": "center", "fires": "position"}
-"""Keys of the position in each list, which a world with drawn positions omits."""
+"""The setting that gives the position of a place or a fire; the settings omit it if the seed draws positions."""
 
 
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
@@ -171,23 +177,23 @@ def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
 
 
 def _unplaced(item: Any, position: str, where: str) -> Any:
-    """Return a place or fire with a placeholder for the position, which is drawn later.
+    """Return the settings of a place or fire with a placeholder for its position, which the seed draws later.
 
     Raises:
-        InputError: its settings contain a position.
+        InputError: the settings contain a position.
     """
     if not isinstance(item, Mapping):
         return item
     if position in item:
         raise InputError(
-            f"{where}.{position} is {item[position]}, but world.draw_positions=true draws it for each seed. Leave it "
+            f"{where}.{position} is {item[position]}, but with world.draw_positions=true the seed draws it. Leave it "
             "out, or use world=cafe_library_drawn."
         )
     return {**item, position: (0, 0)}
 
 
 def _check_drawn(settings: GridSettings) -> None:
-    """Reject settings that make even agents that ignore places and fires depend on the positions of these."""
+    """Reject drawn positions if even agents that ignore places and fires would be affected by where these are."""
     if settings.furnished:
         raise InputError(
             "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "
@@ -223,7 +229,7 @@ def _check(settings: GridSettings) -> None:
 
 
 def _check_ground(settings: GridSettings) -> None:
-    """Reject walls, exits and zones that are off the grid or in conflict with each other."""
+    """Reject parts off the grid, and exits that share a cell with a wall or another exit."""
     refuse_repeated_names((one.name for one in settings.exits), "world.exits")
     dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
     refuse_repeated_names(dangers, "world.zones and world.fires")
@@ -241,7 +247,7 @@ def _check_ground(settings: GridSettings) -> None:
         for cell in one.cells:
             if cell in taken:
                 raise InputError(
-                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}. Leave a gap there."
+                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}. Give each its own cells."
                 )
             taken[cell] = f"exit '{one.name}'"
 
@@ -255,16 +261,20 @@ def _check_living(settings: GridSettings) -> None:
         raise InputError(f"world.energy.start={energy.start} is more than world.energy.most={energy.most} allows.")
     if birth is not None and birth.gives > birth.needs:
         raise InputError(
-            f"world.reproduction.gives={birth.gives} is more than the parent needs to have ({birth.needs})."
+            f"world.reproduction.gives={birth.gives} is more than the energy that a parent needs "
+            f"(world.reproduction.needs={birth.needs}). Give at most {birth.needs}."
         )
     if birth is not None and not settings.agents <= birth.most <= MOST_AGENTS:
         raise InputError(
-            f"world.reproduction.most={birth.most} counts all agents. Give at least world.agents={settings.agents} "
-            f"and at most {MOST_AGENTS:,}."
+            f"world.reproduction.most={birth.most} must be at least world.agents={settings.agents}, since it counts "
+            f"the agents at the start too, and at most {MOST_AGENTS:,}."
         )
     if settings.leaders is not None and settings.leaders.number > settings.agents:
         raise InputError(f"world.leaders.number={settings.leaders.number} is more than world.agents={settings.agents}.")
     if settings.cell_capacity is not None:
         room = settings.cell_capacity * settings.field.room
         if room < settings.agents:
-            raise InputError(f"At the start there is room for {room} agents, but world.agents={settings.agents}.")
+            raise InputError(
+                f"Only {room} agents fit on the grid at the start, but world.agents={settings.agents}. Use fewer "
+                "agents or a higher world.cell_capacity."
+            )

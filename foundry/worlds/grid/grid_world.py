@@ -16,7 +16,7 @@ from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
 from foundry.worlds.grid.grid_drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, deliveries, heard, question
 from foundry.worlds.grid.grid_settings import GridSettings, read_grid_settings
-from foundry.worlds.grid.parsing import ActionReading, MessageReading, Readings, read_action, read_message
+from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
 from foundry.worlds.grid.parts.actions import read_furnished_action
 from foundry.worlds.grid.parts.frames import recorded_frames
 from foundry.worlds.grid.parts.living import with_roles
@@ -79,7 +79,7 @@ class GridScenario(Scenario):
         return GridWorld(settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
 
     def null_arm(self) -> dict[str, Any]:
-        """Return the setting that hides fires from all agents; no setting if no measure needs it."""
+        """Return the setting that hides fires from all agents, or no setting if no measure compares with such runs."""
         settings = self.settings
         needed = settings.fires and settings.tell_fires and not settings.draw_positions
         return {"tell_fires": False} if needed and not any(fire.spread for fire in settings.fires) else {}
@@ -88,8 +88,10 @@ class GridScenario(Scenario):
         """Return a note for each fire that starts after the last step."""
         world, steps = f"world '{self.name}'", self.settings.steps
         late = [fire for fire in self.settings.fires if fire.start > steps]
-        told = "starts at step {}, but the run ends at step {}"
-        return [f"{world}: fire '{fire.name}' {told.format(fire.start, steps)}" for fire in late]
+        return [
+            f"{world}: fire '{fire.name}' starts at step {fire.start}, but the run ends at step {steps}"
+            for fire in late
+        ]
 
     def read(self, question: Question, answer: Answer) -> Reading:
         """Return the decision in an answer: a message, or `stay` or the direction of a move."""
@@ -104,14 +106,17 @@ class GridScenario(Scenario):
         return Reading(decided.outcome, (decided.direction or decided.action) if decided.is_read else None)
 
     def strata(self, question: Question) -> dict[str, bool]:
-        """Return whether the agent perceives a fire, has received a message, and is at a wall or the edge."""
+        """Return whether the agent perceives a fire, has received a message, and is at a wall or the edge.
+
+        Probes draw as many moments with each of these as without it.
+        """
         seen, edge = question.observation, self.settings.half_size
         at_edge = edge in (abs(seen["x"]), abs(seen["y"]))
         at_wall = at_edge or len(seen.get("open", OFFSETS)) < len(OFFSETS)
         return {"fire": bool(seen["fires"]), "message": bool(seen["received"]), "wall": at_wall}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer that fills memories or messages and sends every agent to the middle."""
+        """Return an answer with a long message or memory, whose move leads the agent to the middle of the grid."""
         text = filler(max(characters - 120, 1))
         if question.kind == MESSAGE:
             return json.dumps({"message": text, "reasoning": ""})
@@ -129,7 +134,7 @@ class GridScenario(Scenario):
         return 2 * self.settings.most_agents * self.settings.steps
 
     def personas(self, seed: int) -> list[dict[str, str]]:
-        """Return the persona of each agent that may exist in the run with this seed."""
+        """Return the persona of each agent in the run with this seed, including agents that may be born."""
         rng = seeding.stream(seed, "personas")
         return with_roles(self.settings, draw_personas(self.settings.personas, self.settings.most_agents, rng))
 
@@ -178,7 +183,6 @@ class GridWorld(World):
         self._received = [deque[dict[str, Any]](maxlen=settings.history.messages) for _ in cells]
         self._completed = 0
         self._said: list[MessageReading] | None = None
-        self._readings = Readings()
         self._scene = self._perception.observe(1, self._cells)
 
     @property
@@ -192,40 +196,43 @@ class GridWorld(World):
         return self._completed
 
     def opening(self) -> Sequence[Record]:
-        """Return the agents' personas, if the world has any, and the positions that its seed drew."""
+        """Return a record per agent that has a persona, and one per place or fire whose position the seed drew."""
         personas = [Agent(agent=agent, persona=persona) for agent, persona in enumerate(self._personas) if persona]
         return [*personas, *fixtures_of(self._settings)]
 
     def pending(self) -> Sequence[Question]:
-        """Return the message question of every agent; once these are answered, the action questions."""
+        """Return the message question of every agent; after their answers, the action question of every agent."""
         if self.finished:
             return ()
         said: Iterable[MessageReading | None] = self._said or itertools.repeat(None)
         return list(map(question, self._scene.observations, self._memories, self._received, said))
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the delivered messages by (sender, recipient), or else the steps by agent."""
+        """Return the delivered messages, sorted by sender and recipient; after actions, the step of each agent."""
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._cells):
             raise ValueError(f"{len(answers)} answers for {len(self._cells)} pending questions")
         if self._said is None:
-            self._said = list(map(self._readings.messages.in_round, answers))
+            self._said = list(map(read_message, answers))
             return self._deliver(self._said)
         said, self._said = self._said, None
-        return self._move(said, list(map(self._readings.actions.in_round, answers)))
+        return self._move(said, list(map(read_action, answers)))
 
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
         return draw(self.frame())
 
     def ahead(self) -> Ahead | None:
-        """Return an object that asks ahead from the start of a step; None if the settings do not allow it."""
+        """Return an object that asks agents ahead of their step; None in the middle of a step.
+
+        It is also None if the world has settings or code for which the rule of `dependence` may not hold.
+        """
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None
         kept = list(map(Kept, self._memories, self._received))
         step = self._completed + 1
-        return GridAhead(self._settings, self._perception, self._target, step, self._cells, kept, self._readings)
+        return GridAhead(self._settings, self._perception, self._target, step, self._cells, kept)
 
     def frame(self) -> GridFrame:
         """Return the content of a picture of the present state."""
@@ -261,7 +268,7 @@ class GridWorld(World):
         )
 
     def _target(self, cell: Cell, direction: str | None) -> Cell:
-        """Return the cell after a move; for a move over the edge, the starting cell."""
+        """Return the cell after a move; a move over the edge ends in the cell where it began."""
         if direction is None:
             return cell
         dx, dy = OFFSETS[direction]

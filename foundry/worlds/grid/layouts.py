@@ -13,14 +13,14 @@ from foundry.worlds.validation import read_settings
 
 
 class Layout(ABC):
-    """A rule for the first positions of agents; several agents may share a cell."""
+    """A rule that places the agents at the start; several agents may share a cell."""
 
     def check(self, field: Field, agents: int) -> None:
         """Raise InputError if this number of agents cannot be placed on the field."""
 
     @abstractmethod
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
-        """Return the first positions, (agents, 2)."""
+        """Return the start cell (x, y) of each agent, shape (agents, 2)."""
 
 
 class UniformSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -28,13 +28,13 @@ class UniformSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 class Uniform(Layout):
-    """Independent uniform draws over the cells outside all places."""
+    """Each agent starts in a random cell outside all places; all these cells are equally likely."""
 
     def __init__(self, **settings: Any) -> None:
         read_settings(UniformSettings, settings, "world.layout")
 
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
-        """Return the first positions, (agents, 2)."""
+        """Return the start cell (x, y) of each agent, shape (agents, 2)."""
         return _draw_free(rng, field, agents)
 
 
@@ -51,13 +51,13 @@ class ClusteredSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class Clustered(Layout):
-    """Clusters around uniformly drawn centres outside all places; agents join the clusters in turn."""
+    """Agents start in clusters around random cells outside all places, and are dealt to the clusters in turn."""
 
     def __init__(self, **settings: Any) -> None:
         self.settings = read_settings(ClusteredSettings, settings, "world.layout")
 
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
-        """Return the first positions, (agents, 2)."""
+        """Return the start cell (x, y) of each agent, shape (agents, 2)."""
         centres = _draw_free(rng, field, self.settings.clusters)
         return np.stack([self._near(rng, field, centres[agent % len(centres)]) for agent in range(agents)])
 
@@ -81,16 +81,16 @@ class ExplicitSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
 
 class Explicit(Layout):
-    """The listed positions, equal for every seed."""
+    """Agents start in the listed cells, the same for every seed."""
 
     def __init__(self, **settings: Any) -> None:
         self.settings = read_settings(ExplicitSettings, settings, "world.layout")
 
     def check(self, field: Field, agents: int) -> None:
-        """Raise InputError unless there is one position on the grid per agent."""
+        """Raise InputError unless each agent has one listed cell on the grid, and may start there."""
         positions = self.settings.positions
         if len(positions) != agents:
-            raise InputError(f"world.layout.positions lists {len(positions)} cells for {agents} agents. List one each.")
+            raise InputError(f"world.layout.positions lists {len(positions)} cells, but there are {agents} agents.")
         for agent, cell in enumerate(positions):
             if cell not in field:
                 raise InputError(
@@ -98,17 +98,17 @@ class Explicit(Layout):
                 )
             if cell in field.closed:
                 raise InputError(
-                    f"world.layout.positions[{agent}] is {list(cell)}, where nobody can start: in a wall, an exit "
-                    "or a zone, or without a way to an exit."
+                    f"world.layout.positions[{agent}] is {list(cell)}, where nobody can start: the cell is in a wall, "
+                    "an exit or a zone, or has no way to an exit."
                 )
 
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
-        """Return the first positions, (agents, 2)."""
+        """Return the start cell (x, y) of each agent, shape (agents, 2)."""
         return np.array(self.settings.positions, dtype=np.int64)
 
 
 def _draw_free(rng: Generator, field: Field, count: int) -> IntArray:
-    """Return `count` cells outside all places, uniform and independent, (count, 2)."""
+    """Return `count` random cells outside all places, shape (count, 2)."""
     found = np.empty((0, 2), dtype=np.int64)
     while len(found) < count:
         cells = rng.integers(-field.half_size, field.half_size, size=(count, 2), endpoint=True)

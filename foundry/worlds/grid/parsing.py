@@ -4,13 +4,13 @@
 ignored. `memory` and `reasoning` may be missing or null; so may `message`, which then means silence.
 
 `repaired`: the fallback found one clear decision. It skips thinking, code fences, other text around the object, and
-remarks on a value. It also reads nested objects, broken JSON (`foundry.worlds.mending`), lines in place of an object
-(`words`), and other names of keys, actions and directions (`vocabulary`). A message such as "no message" is silence.
-`memory` or `reasoning` of another type is kept as its JSON text.
+remarks on a value. It also reads nested objects, broken JSON (`foundry.worlds.mending`), lines in place of an object,
+and other names of keys, actions and directions (`words`). A message such as "no message" is silence. If `memory` or
+`reasoning` is no text, its JSON is kept.
 
 `unreadable` (`truncated` if the text was cut): there is no object, an object has no decision, a key has several values,
-or objects disagree. Also unreadable are a value that may continue after a cut, the prompt's own words, and an unknown
-word in a decision.
+or objects disagree. Also unreadable are a value that may continue after a cut, a copy of the prompt's placeholder, and
+an unknown word in a decision.
 
 Time is linear in the length of the reply.
 """
@@ -19,12 +19,13 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeVar
+from functools import lru_cache
+from typing import Any, TypeVar
 
 from foundry.records import Outcome
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, Answer, unanswered, undecided_outcome
-from foundry.worlds.grid.words import is_placeholder, is_silence, key_of, understand
+from foundry.worlds.grid.words import is_placeholder, is_silence, key_of, labelled_values, understand
 from foundry.worlds.mending import Mended, in_plain_marks, is_glued, mended
 from foundry.worlds.replies import Conflicting, Mend, find_objects, merged, whole_object, without_thinking
 
@@ -43,12 +44,12 @@ class MessageReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all readings of a reply must give the same decision."""
+        """The decision; all objects in a reply must give the same one."""
         return (self.outcome is Outcome.UNREADABLE, self.text)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The letters of the message; two ways to read a text must give the same letters, but may differ in quotes."""
+        """The letters of the message; mending and the lines of a text must give the same, but may differ in quotes."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
@@ -80,23 +81,28 @@ class ActionReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all readings of a reply must give the same decision."""
+        """The decision; all objects in a reply must give the same one."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The decision; two ways to read a text must give the same decision."""
+        """The decision; mending and the lines of a text must give the same one."""
         return self.decision
 
 
 Reading = TypeVar("Reading", MessageReading, ActionReading)
 
+_REMEMBERED = 4096
+"""Number of replies whose readings are kept, because a reply may be read ahead of its round and again in it."""
 
+
+@lru_cache(maxsize=_REMEMBERED)
 def read_message(answer: Answer) -> MessageReading:
     """Read the reply to a message question."""
     return read_as(answer, _interpret_message, MessageReading)
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def read_action(answer: Answer) -> ActionReading:
     """Read the reply to an action question."""
     return read_as(answer, interpret_action, ActionReading)
@@ -111,8 +117,8 @@ def read_as(
 
     Args:
         answer: the reply.
-        interpret: returns the reading of an object, or None if it contains no decision.
-        blank: returns the reading of a reply without content.
+        interpret: returns the reading of an object, or None if the object contains no decision.
+        blank: returns the reading of a reply without a decision, given its outcome.
     """
     if (outcome := unanswered(answer)) is not None:
         return blank(outcome)
@@ -127,38 +133,12 @@ def read_as(
     return undecided if reading is None else replace(reading, outcome=Outcome.REPAIRED)
 
 
-class ReadOnce(Generic[Reading]):
-    """Reads replies; a reading made ahead of its round is stored until that round."""
-
-    def __init__(self, read: Callable[[Answer], Reading]) -> None:
-        self._read: Callable[[Answer], Reading] = read
-        self._kept: dict[Answer, Reading] = {}
-
-    def ahead(self, answer: Answer) -> Reading:
-        """Read a reply before its round."""
-        reading = self._kept[answer] = self._read(answer)
-        return reading
-
-    def in_round(self, answer: Answer) -> Reading:
-        """Read a reply in its round."""
-        kept = self._kept.pop(answer, None)
-        return self._read(answer) if kept is None else kept
-
-
-class Readings:
-    """Reads the replies of an episode."""
-
-    def __init__(self) -> None:
-        self.messages = ReadOnce(read_message)
-        self.actions = ReadOnce(read_action)
-
-
 def _agreed(
     candidates: Iterable[dict[str, Any]], interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Reading | None:
-    """Return the common decision of all candidates that have one; None without a decision, or if decisions differ.
+    """Return the decision on which all candidates agree that have one; None if none has one, or if they disagree.
 
-    A mended candidate without content, such as the prompt's own lines, is skipped.
+    A mended candidate with an unreadable decision, such as a copy of the prompt's placeholder, is skipped.
     """
     readings = [
         reading
@@ -174,35 +154,28 @@ def _agreed(
 def _candidates(
     content: str, answer: Answer, interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the objects of a text that may hold a decision, and the action that the lines before them name.
+    """Yield the objects of a text that may hold a decision, and the values in the lines before the first object.
 
-    Without any object, yield all labelled values of its lines.
+    These lines count only if they name an action. If there is no object, yield the values in all lines.
     """
     objects = find_objects(content, _mending(interpret))
     for found in objects:
         yield from _with_inner(found)
     if not objects:
-        yield _said_in_lines(content, cut=answer.ending == LENGTH)
+        yield labelled_values(content, cut=answer.ending == LENGTH)
         return
-    before = _said_in_lines(content.partition("{")[0], cut=False)
+    before = labelled_values(content.partition("{")[0], cut=False)
     if "action" in before and not isinstance(before, Conflicting):
         yield Mended(before)
 
 
-def _said_in_lines(text: str, *, cut: bool) -> dict[str, Any]:
-    """Return `labelled_values`; it is imported late, since its patterns take milliseconds and few replies need them."""
-    from foundry.worlds.grid.words import labelled_values
-
-    return labelled_values(text, cut=cut)
-
-
 def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
-    """Return a function that mends an object and keeps it only if its lines, read separately, agree."""
+    """Return a function that mends a broken object; the result is empty unless the lines of its text say the same."""
 
     def mend(text: str) -> Mended:
         found = mended(text, _decisive)
         reading = None if found is None else _agreed(_with_inner(found), interpret)
-        lines = interpret(_said_in_lines(in_plain_marks(text), cut=False))
+        lines = interpret(labelled_values(in_plain_marks(text), cut=False))
         agree = reading is not None and lines is not None and reading.gist == lines.gist
         return found if found is not None and agree else Mended()
 
@@ -210,13 +183,16 @@ def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
 
 
 def _decisive(name: str) -> str | None:
-    """Return the decisive key that a name means, or None."""
+    """Return `action`, `direction` or `message` if a key has this meaning in any language, or else None."""
     key = key_of(name)
     return key if key in ("action", "direction", "message") else None
 
 
 def _with_inner(found: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
-    """Return an object, or if it names no decision itself, its inner objects that do."""
+    """Return the objects within an object that hold a decision, or the object itself if there are none.
+
+    Inner objects are read only if the outer one has no decision, or has an object in the place of a decision.
+    """
     if depth < _DEEPEST and (not _decides(found) or _holds_inner(found)):
         within = [one for inner in _inner(found) for one in _with_inner(inner, depth + 1) if _decides(one)]
         if within:
@@ -242,7 +218,7 @@ def _may_decide(key: str) -> bool:
 
 
 def _objects(value: object) -> list[dict[str, Any]]:
-    """Return a value as a list of objects: itself, or the objects in a list."""
+    """Return the objects in a list, or a single object as a list."""
     return [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, dict)]
 
 
@@ -262,14 +238,14 @@ def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
 
 
 def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
-    """Return whether the text may not be an agent's message."""
+    """Return whether a text may be no message of the agent: a copy of the prompt, or badly mended JSON."""
     if message is not None and is_placeholder(message):
         return True
     return isinstance(found, Mended) and ("message" not in fields or is_glued(message or ""))
 
 
 def interpret_action(found: dict[str, Any]) -> ActionReading | None:
-    """Return the action in an object, or None if the object is about something else."""
+    """Return the action in an object, or None if the object has no action."""
     fields = fields_of(found)
     if isinstance(fields, Conflicting):
         return ActionReading(Outcome.UNREADABLE)
@@ -288,20 +264,20 @@ def interpret_action(found: dict[str, Any]) -> ActionReading | None:
 
 _NO_LETTERS = re.compile(r"[\W_]+")
 _DEEPEST = 4
-"""Maximum depth of nested objects that are read."""
+"""Maximum depth at which nested objects are read."""
 
 _ASIDE = re.compile(
     r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|discard\w*|if|else|others?)"
     r"(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys that do not contain the present decision."""
+"""Keys with these names hold no present decision, but a past, possible or rejected one."""
 
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
 def fields_of(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the object if it has the requested keys, else an object with its values under the requested keys."""
+    """Return the object if it has only the requested keys, or else its values under the requested keys."""
     if found.keys() <= _ASKED:
         return found
     plain = merged([(key.strip().lower(), value) for key, value in found.items()])
@@ -322,7 +298,7 @@ def _is_text(value: object) -> bool:
 
 
 def text_of(value: object) -> str:
-    """Return a string unchanged, null as "" and anything else as JSON, without lone surrogates."""
+    """Return a string unchanged, None as "" and any other value as JSON, without lone surrogates."""
     if value is None:
         return ""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

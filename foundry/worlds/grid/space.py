@@ -1,6 +1,5 @@
 """The bounded grid: places, areas of cells, neighbours and fires."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,21 +24,21 @@ OFFSETS: dict[str, Cell] = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "rig
 """Change of (x, y) by direction; y grows upwards."""
 
 FEW = 100
-"""Number of agents up to which all pairs are compared; loading the library of the tree takes a third of a second."""
+"""Up to this number of agents, all pairs are compared; for more, a search tree, whose library takes .3 s to load."""
 
 OUTSIDE = -1
-"""The area of the cells that belong to no place."""
+"""The number of the area outside all places."""
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rectangle of cells with a capacity; prompts show the capacity, but nothing enforces it.
+    """A rectangle of cells with a capacity, which prompts state and nothing enforces.
 
     Attributes:
         name: unique name.
         type: kind of place.
         center: cell in the middle.
-        extent: cells from the centre to the edge, in x and y.
-        capacity: number of agents that it is meant for.
+        extent: number of cells from the centre to the edge, in x and y.
+        capacity: number of agents for which the place is meant.
     """
 
     name: Name
@@ -85,7 +84,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """The grid from -half_size to +half_size on both axes, its places, and other closed start cells."""
+    """The grid from -half_size to +half_size on both axes, its places, and other cells where no agent may start."""
 
     half_size: int
     places: tuple[Place, ...]
@@ -96,7 +95,7 @@ class Field:
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def areas(self, cells: IntArray) -> IntArray:
-        """Return the index of each cell's place, or OUTSIDE; cells (n, 2), result (n,)."""
+        """Return the index of the place of each cell, or OUTSIDE; cells has shape (n, 2), the result (n,)."""
         found = np.full(len(cells), OUTSIDE, dtype=np.int64)
         x, y = cells[:, 0], cells[:, 1]
         for index, place in enumerate(self.places):
@@ -105,11 +104,11 @@ class Field:
         return found
 
     def area(self, cell: Cell) -> int:
-        """Return the index of one cell's place, or OUTSIDE, as `areas` does."""
+        """Return the index of the place of a cell, or OUTSIDE, as `areas` does for many cells."""
         return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
-        """Return which cells are on the grid, in no place and not closed; cells (n, 2), result (n,)."""
+        """Return which cells are on the grid, in no place and not closed; cells has shape (n, 2), the result (n,)."""
         on_grid = (np.abs(cells) <= self.half_size).all(axis=1)
         free = np.asarray(on_grid & (self.areas(cells) == OUTSIDE))
         if self.closed:
@@ -128,23 +127,23 @@ class Field:
             if (place.x_min, place.y_min) not in self or (place.x_max, place.y_max) not in self:
                 raise InputError(
                     f"Place '{place.name}' covers X from {place.x_min} to {place.x_max} and Y from {place.y_min} "
-                    f"to {place.y_max}, beyond the grid of half_size {self.half_size}. Move or shrink it."
+                    f"to {place.y_max}, beyond the grid of half_size {self.half_size}. Move it or make it smaller."
                 )
         for index, place in enumerate(self.places):
             for other in self.places[:index]:
                 if place.overlaps(other):
-                    raise InputError(f"Places '{other.name}' and '{place.name}' overlap. Move or shrink one.")
+                    raise InputError(f"Places '{other.name}' and '{place.name}' overlap. Move one of them.")
         if sum(place.area for place in self.places) >= (2 * self.half_size + 1) ** 2:
-            raise InputError("The places leave no room outside, where agents start. Shrink one or raise half_size.")
+            raise InputError("The places leave no cell outside, where agents start. Use a larger world.half_size.")
         if self.closed and not self.room:
             raise InputError(
-                "Places, walls, exits and zones leave no start cell, or none with a way to an exit. Remove "
-                "some of them, or make a gap in the walls."
+                "No cell is left where agents can start: outside places, walls, exits and zones, with a way to an "
+                "exit if there are exits. Remove some of these parts, or make a gap in the walls."
             )
 
 
 def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:
-    """Return Euclidean distances in cells; both arguments broadcast to (..., 2)."""
+    """Return the Euclidean distances between cells; both arguments are broadcast to shape (..., 2)."""
     offsets = cells - target
     # The root of an exact integer is the same on every machine; hypot is not.
     return np.asarray(np.sqrt((offsets * offsets).sum(axis=-1)), dtype=np.float64)
@@ -152,13 +151,13 @@ def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def _all_pairs(count: int) -> tuple[IntArray, IntArray]:
-    """Return every pair of agents, as two arrays (n (n - 1) / 2,)."""
+    """Return the first and the second agent of every pair, two arrays of shape (n (n - 1) / 2,)."""
     left, right = np.triu_indices(count, 1)
     return left.astype(np.int64), right.astype(np.int64)
 
 
 def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return the pairs of agents within `reach`, and perhaps a few more."""
+    """Return the first and the second agent of every pair within `reach`, and perhaps of a few more pairs."""
     from scipy.spatial import cKDTree
 
     # Slightly more than `reach`, so that the tree's rounding never decides.
@@ -167,7 +166,7 @@ def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
 
 
 def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple[int, ...]]:
-    """Return for each agent the ascending ids of agents within `reach` in the same area.
+    """Return the ids of each agent's neighbours, ascending: the agents within `reach` in the same area.
 
     Args:
         cells: positions, (n, 2).
@@ -185,16 +184,16 @@ def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple
 
 
 class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A fire that can be perceived from its start step on; with `spread` and `risk` of 0 it has no other effect.
+    """A fire; agents only perceive it, unless `spread` or `risk` is above 0.
 
     Attributes:
         name: unique name.
-        start: first step at which it is perceived.
+        start: first step at which agents can perceive it.
         position: its cell.
         intensity: 0 to 1.
-        radius: largest Euclidean distance from its nearest burning cell at which it is perceived, cells.
-        spread: probability that a burning cell ignites a neighbouring one, per step.
-        risk: probability that an agent dies at the end of a step in a burning cell.
+        radius: agents up to this Euclidean distance from its nearest burning cell perceive it, cells.
+        spread: probability per step that a burning cell ignites a neighbouring one.
+        risk: probability that an agent dies if it ends a step in a burning cell.
     """
 
     name: Name
@@ -210,7 +209,7 @@ class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 def perceived_fires(
     fires: Sequence[Fire], step: int, cells: IntArray, burning: Mapping[str, IntArray] | None = None
 ) -> list[list[dict[str, Any]]]:
-    """Return each agent's perception of the fires at `step`, in configuration order.
+    """Return for each agent the fires that it perceives at `step`, in the order of the configuration.
 
     Args:
         fires: the fires.
@@ -221,32 +220,20 @@ def perceived_fires(
     seen: list[list[dict[str, Any]]] = [[] for _ in range(len(cells))]
     for fire in fires:
         spots = np.array([fire.position]) if burning is None else burning[fire.name]
-        if fire.start > step or not len(spots):  # its cell already burns with another fire
+        if fire.start > step or not len(spots):  # no spot: its cell already burns with another fire
             continue
         apart = distances(cells[:, None], spots)
         distance, nearest = apart.min(axis=1), apart.argmin(axis=1)
         for agent in np.flatnonzero(distance <= fire.radius).tolist():
             x, y = spots[nearest[agent]].tolist()
-            seen[agent].append(_described(fire, (x, y), float(distance[agent])))
+            seen[agent].append(
+                {
+                    "name": fire.name,
+                    "x": x,
+                    "y": y,
+                    "intensity": fire.intensity,
+                    "radius": fire.radius,
+                    "distance": float(distance[agent]),
+                }
+            )
     return seen
-
-
-def fires_perceived_at(cell: Cell, fires: Sequence[Fire], step: int) -> list[dict[str, Any]]:
-    """Return one agent's perception of the fires at `step`, as `perceived_fires` does; no fire may spread."""
-    apart = [
-        (fire, math.sqrt((cell[0] - fire.position[0]) ** 2 + (cell[1] - fire.position[1]) ** 2))
-        for fire in fires
-        if fire.start <= step
-    ]
-    return [_described(fire, fire.position, distance) for fire, distance in apart if distance <= fire.radius]
-
-
-def _described(fire: Fire, spot: Cell, distance: float) -> dict[str, Any]:
-    return {
-        "name": fire.name,
-        "x": spot[0],
-        "y": spot[1],
-        "intensity": fire.intensity,
-        "radius": fire.radius,
-        "distance": distance,
-    }

@@ -1,4 +1,4 @@
-"""Reads labelled lines of a reply, and the meaning of its values; every word outside remarks must be known."""
+"""Reads lines such as "action: stay" in a reply, and the meaning of words; each word outside a remark must be known."""
 
 import json
 import re
@@ -40,7 +40,7 @@ REMARKS = (
     "toward", "because", "since", "so ", "as ", "to ",
 )  # fmt: skip
 STAYING_REMARKS = ("in ", "at ", "here", "inside", "within", "on ", "for ", "until", "where", "there")
-"""Beginnings of remarks that do not change the decision before them; the second list only after a decision to stay."""
+"""Beginnings of a remark that does not change the decision before it; STAYING_REMARKS only after a decision to stay."""
 
 DOUBTS = frozenset(
     ("not", "no", "don't", "dont", "never", "or", "unless", "if", "maybe", "perhaps", "possibly", "either", "then",
@@ -54,13 +54,12 @@ NO_DIRECTION = frozenset(("", "null", "none", "n/a", "na", "nil", "-", "--", "no
 BLANKS = frozenset(("message", "text", "string", "content", "your", "insert", "optional", "brief", "short"))
 """Words that make a message in angle brackets a placeholder: "<your message>", but not "<fire near cafe>"."""
 
-
 _DIRECTIONS = frozenset((UP, DOWN, LEFT, RIGHT))
 _LONGEST = 120
-"""Maximum number of characters; the meaning of longer texts is not guessed."""
+"""Maximum number of characters of a key or value; the meaning of a longer one is not guessed."""
 
 _MOST_PARTS = 4
-"""Maximum number of texts in a list or object that stands for one text."""
+"""Maximum number of texts in a list or object in the place of a single text, as in ["move", "up"]."""
 
 _GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
 _FILLER = ""
@@ -83,7 +82,7 @@ class Meaning:
 
 @dataclass(frozen=True, slots=True)
 class _Phrase:
-    """A known phrase in a text: its meaning and its end."""
+    """A known phrase in a text: its meaning, and its end as an index of the text."""
 
     meaning: str
     end: int
@@ -100,7 +99,7 @@ _KEYS = {name: key for key, names in _WORDS.keys.items() for name in _split(name
 
 
 def _bounded(word: str) -> str:
-    """Return the pattern of a phrase; in a script with spaces it matches only whole words."""
+    """Return the pattern of a phrase; in Latin and Cyrillic letters it matches only whole words."""
     before, after = ("" if _joins(word[end]) else bound for end, bound in ((0, r"(?<!\w)"), (-1, r"(?!\w)")))
     return before + re.escape(word) + after
 
@@ -111,20 +110,20 @@ def _joins(character: str) -> bool:
 
 @cache
 def _phrase() -> re.Pattern[str]:
-    """Return the pattern of all known phrases; it is compiled on first use, which takes milliseconds."""
+    """Return the pattern that matches any known phrase; it is compiled on first use, which takes milliseconds."""
     return re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def key_of(name: str) -> str | None:
-    """Return the key that a name means in any of the languages, or None."""
+    """Return the requested key that a name means, such as `action` for "Entscheidung", or None."""
     if len(name) > _LONGEST:
         return None
     return _KEYS.get(_plain(name).strip(_AROUND).replace("_", " "))
 
 
 def understand(action: object, direction: object) -> Meaning | None:
-    """Return the common meaning of the two values of a reply, or None if the meaning is uncertain.
+    """Return the meaning of a reply's `action` and `direction` together, or None if it is uncertain.
 
     Either value may give the direction, but the two must not give different directions.
     """
@@ -151,7 +150,7 @@ def is_silence(message: str) -> bool:
 
 
 def is_placeholder(message: str) -> bool:
-    """Return whether a message is the prompt's placeholder for a message, or the beginning of this placeholder."""
+    """Return whether a message is a copy of a placeholder in the prompt, or of the beginning of one."""
     said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
     bracketed = message.strip().startswith("<") and message.strip().endswith(">")
     return said in _COPIED or (bracketed and (not said or not BLANKS.isdisjoint(said.split())))
@@ -169,7 +168,7 @@ def _plain(text: str) -> str:
 
 
 def _text(value: object) -> str | None:
-    """Return the normalised text of a value, or of the few texts in a list or object; else None."""
+    """Return the normalised text of a value, or of the few texts in a list or object; None for any other value."""
     if isinstance(value, dict):
         value = [part for key, one in value.items() for part in (key if key.lower() not in _GENERIC else "", one)]
         value = [part for part in value if part not in ("", None)]
@@ -186,7 +185,7 @@ def _spelled(text: str) -> str:
 
 @lru_cache(maxsize=_REMEMBERED)
 def _words(text: str) -> frozenset[str] | None:
-    """Return the meanings of the words in a text, or None if an unknown word is outside a remark."""
+    """Return the meanings of the words in a text, or None if it has an unknown word outside a remark."""
     phrases = list(_phrases(text))
     telling = [number for number, phrase in enumerate(phrases) if phrase.meaning != _FILLER]
     found = frozenset(phrases[number].meaning for number in telling)
@@ -220,7 +219,7 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Maximum number of labels in a text; a text with more labels is no reply to the question."""
+"""Maximum number of labels such as "action:" in a text; a text with more is no reply to the question."""
 
 _NAMES = "|".join(
     re.escape(name) for names in _WORDS.keys.values() for name in sorted(_split(names), key=len, reverse=True)
@@ -245,14 +244,14 @@ _QUOTES = (('"', '"'), ("'", "'"), ("“", "”"), ("「", "」"), ("«", "»"))
 
 
 def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
-    """Return the values after the names of keys.
+    """Return the texts after labels, by the keys that the labels mean: {"action": "stay"} for "Action: stay".
 
     Args:
         text: a reply without an object.
-        cut: whether the text was cut; its last value may then be incomplete.
+        cut: whether the reply was cut; its last value may then be incomplete, so it is left out.
 
     Returns:
-        Texts by requested key; `Conflicting` if a key has several texts.
+        A `Conflicting` object if a key has several texts.
     """
     text = _TAG.sub(lambda tag: "\n" if tag[1] else f"\n{tag[2]}: ", _FENCE.sub("", text))
     text = _HEADING.sub(r"\1: ", text)
@@ -267,7 +266,7 @@ def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
 
 
 def _value(key: str, text: str) -> str:
-    """Return a value without its markup and the comment after it; a decision is a single line."""
+    """Return a value without markup and without a comment after it; of a decision, only the first line."""
     text = _COMMENT.sub(r"\1", text)
     value = text.strip(_MARKUP).removesuffix("}").strip(_MARKUP)
     if key in ("action", "direction"):

@@ -128,7 +128,7 @@ def test_an_analysis_says_whose_labels_it_takes_and_counts_messages_without_one(
 
 def missing_note(found: analysis.Analysis, why: str) -> str:
     missing, said = (int(found.runs[f"warning.n_{name}"].sum()) for name in ("unlabelled", "messages"))
-    return f"{missing} of {said} messages have no label because {why}; measures that depend on them are missing"
+    return f"{missing} of {said} messages have no label because {why}; the measures that need these labels are missing"
 
 
 def test_labels_by_a_model_that_are_missing_or_damaged_are_named_and_any_label_changes_their_version(make_sweep):

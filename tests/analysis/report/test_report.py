@@ -223,9 +223,8 @@ def test_methods_and_limits_say_plainly_what_was_really_done(hostile):
     assert "16 of 18 runs are complete" in said
     assert "of the action replies were readable" in said
     assert "Baselines are scripted" in said
-    assert (
-        "No person labelled the warnings of these runs. Labels of warnings by rule 4: precision 0.90 (38 of 42)" in said
-    )
+    assert "In these runs, no person labelled which messages are warnings. Labels of warnings by rule 4: " in said
+    assert "precision 0.90 (38 of 42)" in said
     assert "these values are upper bounds, because one language model wrote and labelled these texts" in said
     own = tuple(one for one in hostile.shown if not one.baseline)
     alone = with_analysis(hostile, shown=own, members=tuple(one for one in hostile.members if one.shown in own))

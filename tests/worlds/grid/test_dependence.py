@@ -19,7 +19,7 @@ from foundry.worlds.grid.dependence import GridAhead, can_come_near, can_enter
 from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.grid_world import GridScenario, GridWorld
 from foundry.worlds.grid.layouts import Uniform
-from foundry.worlds.grid.space import Place, fires_perceived_at, perceived_fires
+from foundry.worlds.grid.space import Place
 from worlds.grid.shipped import load_world, make, make_at
 
 STAY, SILENCE = Answer('{"action": "stay"}'), Answer('{"message": null}')
@@ -145,17 +145,6 @@ def test_who_can_enter_a_place_is_said_exactly(x: int, y: int, steps: int):
     place = Place(name="p", type="t", center=(1, -1), extent=(2, 1), capacity=1)
     can = any(np.abs(cell - (x, y)).sum() <= steps for cell in CELLS if tuple(cell) in place)
     assert bool(can_enter(np.array([[x, y]]), np.array([steps]), place)[0]) == can
-
-
-def test_one_cell_has_the_area_and_the_fires_that_it_has_among_many():
-    field = make().settings.field
-    cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
-    assert [field.area(cell) for cell in cells] == field.areas(np.array(cells)).tolist()
-    fires = make().settings.fires
-    for step in (fires[0].start, fires[1].start):
-        among_many = perceived_fires(fires, step, np.array(cells))
-        assert any(among_many)
-        assert [fires_perceived_at(cell, fires, step) for cell in cells] == among_many
 
 
 def test_a_world_with_more_to_it_than_the_rule_was_made_for_stays_in_lock_step(monkeypatch: pytest.MonkeyPatch):

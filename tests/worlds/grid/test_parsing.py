@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from foundry.paths import conf_dir
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
-from foundry.worlds.grid.parsing import ActionReading, ReadOnce, read_action, read_message
+from foundry.worlds.grid.parsing import ActionReading, read_action, read_message
 from foundry.worlds.grid.words import MEANINGS, MOVE, STAY, is_placeholder
 from foundry.worlds.mending import LONGEST, MOST_BRACKETS
 
@@ -253,21 +253,6 @@ def test_a_decision_after_megabytes_of_thinking_is_found():
     assert read_action(Answer("<think>" + "hm " * 700_000 + "</think>" + UP)).direction == "up"
 
 
-def test_what_was_read_ahead_of_its_round_is_read_once():
-    read: list[str] = []
-
-    def reading(answer: Answer):
-        read.append(answer.text)
-        return read_message(answer)
-
-    once = ReadOnce(reading)
-    assert once.in_round(Answer(HELLO)).text == "hello"
-    ahead = [once.ahead(Answer(text)) for text in ("", HELLO)]
-    assert [once.in_round(Answer(text)) for text in (HELLO, "")] == ahead[::-1]
-    assert read == [HELLO, "", HELLO]
-    assert once.in_round(Answer(HELLO)).text == "hello"
-
-
 READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 
 
@@ -333,7 +318,6 @@ def test_a_reply_with_changes_in_it_is_read_without_raising(reply, changes):
         text = text[:at] + put + text[at + dropped :]
     answer = Answer(text, reply.ending)
     action, message = read_action(answer), read_message(answer)
-    assert (action, message) == (read_action(answer), read_message(answer))
     assert action.outcome in READ or (action.action, action.direction, action.memory) == ("stay", None, "")
     assert message.outcome in READ or message.text is None
 

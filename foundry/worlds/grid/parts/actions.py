@@ -1,4 +1,4 @@
-"""Further actions of agents (gather, share, attack, reproduce), and the replies that choose them."""
+"""Reads and writes replies that choose a further action: gather, share, attack or reproduce."""
 
 import json
 import re
@@ -14,7 +14,7 @@ from foundry.worlds.grid.parts.parts_settings import ATTACK, FURTHER_ACTIONS, GA
 from foundry.worlds.replies import Conflicting
 
 AIMED = (SHARE, ATTACK)
-"""Actions that need another agent as target."""
+"""The actions that need another agent as target."""
 
 _WORDS = {
     GATHER: ("gather", "collect", "harvest", "eat", "forage", "pick", "pick up", "採集", "集める", "採る", "食べる"),
@@ -33,8 +33,8 @@ class FurnishedAction(ActionReading):
     """The reading of a reply to the action question in a world with further actions.
 
     Attributes:
-        target: id of the agent that the action is on, or None.
-        amount: amount to share, or None.
+        target: id of the agent to share with or to attack, or None.
+        amount: energy to share, or None.
     """
 
     target: int | None = None
@@ -42,21 +42,21 @@ class FurnishedAction(ActionReading):
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all readings of a reply must give the same decision."""
+        """The decision; all objects in a reply must give the same one."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction, self.target, self.amount)
 
 
 def read_furnished_action(answer: Answer, allowed: Collection[str]) -> FurnishedAction:
     """Read the reply to an action question; `allowed` holds the world's further actions.
 
-    An action on another agent needs an object with its id in `target`, as a number or as a text with only one number.
+    To share or attack, the reply must give the other agent's id in `target`, as a number or a text such as "Agent 4".
     """
 
     def interpret(found: dict[str, Any]) -> ActionReading | None:
         return _interpret(found, allowed)
 
     action = read_as(answer, interpret, FurnishedAction)
-    assert isinstance(action, FurnishedAction), "both ways to make one make a FurnishedAction"
+    assert isinstance(action, FurnishedAction), "interpret and blank return a FurnishedAction"
     return action
 
 
@@ -88,7 +88,7 @@ def _first(found: dict[str, Any], names: Collection[str]) -> object:
 
 
 def _number(value: object) -> int | None:
-    """Return the whole number of at least 0 that a value is, or that a text names, or None."""
+    """Return a value that is a whole number from 0, or the only number in a text such as "Agent 4", or None."""
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value.strip())
         return int(match[1]) if match else None
@@ -98,7 +98,7 @@ def _number(value: object) -> int | None:
 
 @lru_cache(maxsize=4096)
 def reply(action: str, *, target: int | None = None, amount: int | None = None) -> str:
-    """Return the reply that chooses a direction, staying, or a further action."""
+    """Return the reply that chooses an action: a direction, `stay`, or a further action."""
     moves = action not in (*FURTHER_ACTIONS, "stay")
     found: dict[str, Any] = {"action": "move", "direction": action} if moves else {"action": action}
     further = {"target": target, "amount": amount}

@@ -1,4 +1,4 @@
-"""The content of a picture of a 2D world with further parts, from its state or its records."""
+"""The content of a picture of a 2D world with further parts, computed from the world's state or its records."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -31,12 +31,12 @@ def furnished_frame(
     Args:
         settings: the world.
         ground: its walls and exits.
-        personas: persona of each agent that may exist.
+        personas: persona of each agent, including agents that may be born.
         step: number of completed steps.
         bodies: cell of each present agent, by id.
         burning: the burning cells.
-        food: units by cell.
-        gone: number of agents that are gone, by exit or cause of death.
+        food: units of food by cell.
+        gone: number of agents that left or died, by exit or cause of death.
     """
     ids = tuple(sorted(bodies))
     cells = [bodies[agent] for agent in ids]
@@ -66,9 +66,9 @@ def recorded_frames(
     seed: int,
     records: Sequence[FurnishedStep],
 ) -> Iterator[GridFrame]:
-    """Yield the frames of a run, computed from its steps alone: the initial state, then one per step.
+    """Yield the frames of a run, computed from its `steps.jsonl`: the initial state, then one frame per step.
 
-    Fires and the growth of food follow from the seed; the steps record the eaten food.
+    The seed determines how fires spread and food grows; the steps record how much food agents gather.
     """
     spreading_fires = SpreadingFires(settings.fires, ground, seed)
     food_supply = None if settings.food is None else FoodSupply(settings.food, ground, seed)
@@ -97,7 +97,7 @@ def recorded_frames(
 def _follow(
     record: FurnishedStep, bodies: dict[int, Cell], food_supply: FoodSupply | None, gone: dict[str, int]
 ) -> None:
-    """Apply the changes of a step."""
+    """Apply the recorded step of an agent to the agents, the food and the counts of gone agents."""
     bodies[record.agent] = (record.x_next, record.y_next)
     cause = record.left or record.lost
     if cause is not None:

@@ -1,4 +1,4 @@
-"""Bodies of agents: their initial state, and their further actions (gather, share, attack, reproduce)."""
+"""The state of present agents, at the start and after further actions (gather, share, attack, reproduce)."""
 
 from collections import Counter, deque
 from collections.abc import MutableMapping, Sequence
@@ -19,7 +19,7 @@ from foundry.worlds.grid.space import Cell
 
 @dataclass(slots=True)
 class Body:
-    """A present agent.
+    """The state of a present agent.
 
     Attributes:
         energy: its energy; 0 in a world without energy.
@@ -39,7 +39,12 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The result of an action: energy gathered, shared or taken, and the id and cell of a newborn."""
+    """The result of a further action.
+
+    Attributes:
+        amount: energy that was gathered, shared or taken.
+        born: id and cell (x, y) of a newborn, or None.
+    """
 
     amount: int = 0
     born: tuple[int, int, int] | None = None
@@ -49,9 +54,10 @@ NOTHING = Done()
 
 
 class Living:
-    """The further actions of one step. They happen one by one in a random order, on the cells before the moves.
+    """Carries out the further actions of each step, one after the other, before any agent moves.
 
-    Energy is conserved, except for energy gathered from cells, the cost of attacks, and a recipient's excess energy.
+    The sum of all energy changes only by gathering, by the cost of attacks, and if an attacker gets more than it can
+    hold.
     """
 
     def __init__(
@@ -63,13 +69,13 @@ class Living:
         food_supply: FoodSupply | None,
         rng: Generator,
     ) -> None:
-        """Prepare a step.
+        """Keep the state of the episode, which the actions change.
 
         Args:
             settings: the world.
             ground: its walls and exits.
             bodies: present agents by id; newborns are added.
-            food_supply: the food, if any.
+            food_supply: the food, if the world has any.
             rng: draws the cells of newborns.
         """
         self._settings = settings
@@ -81,7 +87,7 @@ class Living:
         self._actions = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
 
     def do(self, decisions: Sequence[tuple[int, FurnishedAction]]) -> dict[int, Done]:
-        """Do the actions of the agents in the given order; impossible actions have no effect."""
+        """Carry out the agents' actions in the given order; impossible actions have no effect."""
         return {
             agent: self._actions[decision.action](agent, decision)
             for agent, decision in decisions
@@ -89,7 +95,7 @@ class Living:
         }
 
     def possible(self, agent: int, touchable: Sequence[int]) -> list[FurnishedAction]:
-        """Return an agent's possible actions at present; it always shares one unit."""
+        """Return the further actions that an agent can do now; of the possible amounts to share, only one unit."""
         body, settings = self._bodies[agent], self._settings
         found = []
         if self._food_supply is not None and body.cell in self._food_supply.food:
@@ -148,7 +154,7 @@ class Living:
         return rule is not None and body.energy >= rule.needs and self._ever < rule.most
 
     def _other(self, agent: int, decision: FurnishedAction) -> Body | None:
-        """Return the target of an action if it is present, near enough and another agent."""
+        """Return the target of an action, or None unless it is another agent that is present and within reach."""
         other = self._bodies.get(-1 if decision.target is None else decision.target)
         near = other is not None and apart(other.cell, self._bodies[agent].cell) <= TOUCH
         return other if near and decision.target != agent else None
@@ -168,13 +174,13 @@ ROLES = ("leader", "visitor")
 
 
 def new_body(settings: GridSettings, cell: Cell, energy: int) -> Body:
-    """Return an agent without memories."""
+    """Return the state of an agent that has no memories yet."""
     history = settings.history
     return Body(cell, energy, memories=deque(maxlen=history.memory), received=deque(maxlen=history.messages))
 
 
 def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int, Body]:
-    """Return the agents at the start by id, on the layout's cells or near them if these are full."""
+    """Return the state of the agents at the start, by id; if the layout's cell is full, in the nearest free cell."""
     drawn = settings.layout.draw(seeding.stream(seed, "layout"), settings.field, settings.agents)
     cells = _with_room([(x, y) for x, y in drawn.tolist()], settings, ground)
     start = 0 if settings.energy is None else settings.energy.start
@@ -189,7 +195,7 @@ def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int,
 
 
 def with_roles(settings: GridSettings, personas: Sequence[dict[str, str]]) -> list[dict[str, str]]:
-    """Return the personas, with a role for each agent if leaders are announced."""
+    """Return the personas, with the `role` of each agent added if the leaders are announced."""
     leaders = settings.leaders
     if leaders is None or not leaders.announced:
         return list(personas)
@@ -198,7 +204,7 @@ def with_roles(settings: GridSettings, personas: Sequence[dict[str, str]]) -> li
 
 
 def _with_room(cells: Sequence[Cell], settings: GridSettings, ground: Ground) -> list[Cell]:
-    """Return the cells; an agent without room gets the nearest cell with room."""
+    """Return the cells, but replace each cell that is already full by the nearest one with room."""
     if settings.cell_capacity is None:
         return list(cells)
     held: Counter[Cell] = Counter()

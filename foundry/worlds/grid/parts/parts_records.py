@@ -7,12 +7,12 @@ from foundry.worlds.grid.grid_settings import GridSettings
 
 
 class FurnishedStep(GridStep, frozen=True, kw_only=True):
-    """An agent's step in a world with further parts (`steps.jsonl`); agents that are gone have no line.
+    """An agent's step in a world with further parts (`steps.jsonl`); agents that left or died have no line.
 
     Attributes:
         exits: names of the exits that it knew before the move.
-        blocked: obstacle of its requested move, or null: `edge`, `wall`, `agents` (the cell is full), or `exit` (the
-            exit lets no more agents out in this step).
+        blocked: obstacle of its requested move: `edge`, `wall`, `agents` (the cell is full), or `exit` (the exit lets
+            no more agents out in this step); null if it could move, or did not want to.
         left: name of the exit by which it left in this step, or null.
         lost: cause of its death at the end of the step: the name of a fire or a zone, `energy`, `attack`, or null.
     """
@@ -28,9 +28,9 @@ class LivingStep(FurnishedStep, frozen=True, kw_only=True):
 
     Attributes:
         energy: its energy before the step.
-        energy_next: its energy after the step; 0 for an agent that died without energy.
+        energy_next: its energy after the step; 0 if it left or died.
         target: id of the agent that it tried to share with or attack, or null.
-        amount: energy that it gathered, shared or took; 0 if the action had no effect.
+        amount: energy that it gathered, shared or took; 0 if its action had no effect.
         born: id and cell (x, y) of its newborn, or null.
         food: units of food in its cell before the step.
     """
@@ -48,7 +48,7 @@ class Birth(Agent, frozen=True, kw_only=True):
 
     Attributes:
         parent: id of its parent.
-        step: step of its birth; its first questions are in the next step.
+        step: step of its birth; it is first asked in the next step.
     """
 
     parent: int
@@ -56,7 +56,7 @@ class Birth(Agent, frozen=True, kw_only=True):
 
 
 class Burning(Record, frozen=True, kw_only=True):
-    """A cell that catches fire (`burning.jsonl`), before the questions of this step.
+    """A cell that catches fire before the questions of a step (`burning.jsonl`).
 
     Attributes:
         step: 1-based step from which it burns.
@@ -80,7 +80,7 @@ class Growing(Record, frozen=True, kw_only=True):
         step: step after which the cell has this amount; 0 for the start.
         x: column.
         y: row, upwards.
-        amount: units.
+        amount: units of food.
     """
 
     stream: ClassVar[str] = "food"
@@ -92,7 +92,7 @@ class Growing(Record, frozen=True, kw_only=True):
 
 
 class Fixture(Record, frozen=True, kw_only=True):
-    """The drawn position of a place or a fire in the run (`fixtures.jsonl`).
+    """The position of a place or a fire that the seed drew for the run (`fixtures.jsonl`).
 
     Attributes:
         kind: `places` or `fires`.
@@ -110,7 +110,7 @@ class Fixture(Record, frozen=True, kw_only=True):
 
 
 def fixtures_of(settings: GridSettings) -> list[Fixture]:
-    """Return the positions of a run's places and fires, if they were drawn."""
+    """Return the positions of a run's places and fires if the seed drew them, or else nothing."""
     if not settings.draw_positions:
         return []
     places = [("places", place.name, place.center) for place in settings.places]

@@ -11,7 +11,7 @@ Corners: TypeAlias = tuple[Cell, Cell]
 
 GATHER, SHARE, ATTACK, REPRODUCE = "gather", "share", "attack", "reproduce"
 FURTHER_ACTIONS = (GATHER, SHARE, ATTACK, REPRODUCE)
-"""Actions other than staying and moving, one per optional part."""
+"""Actions other than staying and moving; each needs an optional part."""
 
 Barred: TypeAlias = Literal["sight", "talk"]
 Shape: TypeAlias = Literal["circle", "square"]
@@ -23,9 +23,9 @@ class Exit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     Attributes:
         name: unique name.
         cells: the cells that lead out.
-        capacity: number of agents that it lets out per step, over all its cells; null for any number.
-        known: share of the agents that know the exit from the start; the others learn of it when they see it. `true` is
-            1.
+        capacity: number of agents that all its cells together let out per step; null for any number.
+        known: share of the agents that know the exit from the start, where `true` means 1. The others know it once they
+            see it.
     """
 
     name: Name
@@ -35,11 +35,11 @@ class Exit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Leaders(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The agents with the lowest ids, which know all exits from the start.
+    """The leaders: the agents with the lowest ids, which know all exits from the start.
 
     Attributes:
         number: number of leaders.
-        announced: whether all agents know the leaders: each persona then has a `role`, leader or visitor.
+        announced: whether agents can tell leaders apart; each persona then has a `role`, leader or visitor.
     """
 
     number: Count
@@ -52,7 +52,7 @@ class Zone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     Attributes:
         name: unique name.
         corners: two opposite corners.
-        risk: probability that an agent dies at the end of a step in the zone.
+        risk: probability that an agent dies if it ends a step in the zone.
     """
 
     name: Name
@@ -61,12 +61,12 @@ class Zone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An instruction to all agents, without force.
+    """An instruction to all agents, which they may ignore.
 
     Attributes:
         text: the instruction.
         target: two opposite corners of the rectangle that agents should go to.
-        start: first step in which agents are told the instruction.
+        start: first step in which agents get the instruction.
     """
 
     text: Name
@@ -80,7 +80,7 @@ class Energy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     Attributes:
         start: energy of each agent at the start.
         loss: energy that each agent loses per step.
-        most: maximum energy of an agent; null for any amount.
+        most: maximum energy of an agent; null for no maximum.
     """
 
     start: Count
@@ -92,9 +92,9 @@ class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Food in cells, which agents gather for energy.
 
     Attributes:
-        share: share of the cells without walls that bear food, drawn by the seed.
-        amount: initial and maximum units in a cell.
-        regrow_every: number of steps in which a unit grows again; null for never.
+        share: probability that a cell without a wall has food; the seed draws these cells.
+        amount: units in such a cell at the start, and at most.
+        regrow_every: number of steps after which one unit grows in each such cell; null for no growth.
         bite: units that an agent can gather per step; null for all units in the cell.
     """
 
@@ -108,7 +108,7 @@ class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """The effect of an attack on an agent within touch.
 
     Attributes:
-        takes: energy that goes from the attacked agent to the attacker, at most all that the attacked agent has.
+        takes: energy that the attacker takes from the attacked agent; if this agent has less, all its energy.
         cost: energy that the attacker loses.
     """
 
@@ -121,8 +121,8 @@ class Reproduction(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     Attributes:
         needs: energy that the parent must have.
-        gives: energy that goes from the parent to the newborn.
-        most: maximum number of agents ever, including those at the start.
+        gives: energy that the parent gives to the newborn.
+        most: maximum number of agents in the whole run, including the agents at the start and those that die.
     """
 
     needs: Count

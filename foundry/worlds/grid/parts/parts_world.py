@@ -17,16 +17,7 @@ from foundry.worlds.grid.parts.frames import furnished_frame
 from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies
 from foundry.worlds.grid.parts.parts_records import Birth, Burning, FurnishedStep, Growing, LivingStep
 from foundry.worlds.grid.parts.senses import Senses
-from foundry.worlds.grid.parts.terrain import (
-    Crossing,
-    FoodSupply,
-    Ground,
-    Moved,
-    SpreadingFires,
-    WayOut,
-    is_within,
-    secret_of,
-)
+from foundry.worlds.grid.parts.terrain import FoodSupply, Ground, Moved, SpreadingFires, WayOut, is_within, moves_of
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
 
@@ -34,9 +25,9 @@ class FurnishedWorld(World):
     """The state of a 2D episode with arrivals and departures of agents.
 
     In each step fires spread, and agents write messages and decide on actions. Further actions happen first, then
-    moves, both in a random order drawn for the step. Agents lose energy, and may die without energy or in a dangerous
-    cell. Finally, food grows. The episode ends after the last step, or when no agent is left. No question can be asked
-    ahead, since every action may change the cells that all agents share.
+    moves, both in a random order drawn for the step. Agents lose energy, and die without energy or may die in a
+    dangerous cell. Finally, food grows. The episode ends after the last step, or when no agent is left. No question can
+    be asked ahead, since every action may change the cells that all agents share.
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:
@@ -72,12 +63,12 @@ class FurnishedWorld(World):
         return self._completed
 
     def opening(self) -> Sequence[Record]:
-        """Return the personas of the present agents, the food, and the burning cells."""
+        """Return the personas of the agents, the cells with food, and the burning cells."""
         personas = [Agent(agent=agent, persona=self._personas[agent]) for agent in range(self._settings.agents)]
         return [*(one for one in personas if one.persona), *self._opening]
 
     def pending(self) -> Sequence[Question]:
-        """Return the message questions of all present agents; once these are answered, their action questions."""
+        """Return the message question of every present agent; after their answers, the action question of each."""
         if self.finished:
             return ()
         burning = frozenset(self._spreading_fires.cells)
@@ -86,13 +77,13 @@ class FurnishedWorld(World):
             body, said = self._bodies[agent], None if self._said is None else self._said[agent]
             asked = question(perceived, body.memories, body.received, said)
             if said is not None:
-                secret = secret_of(self._plan, agent, body.cell, known=body.known, burning=burning)
+                secret = self._plan.secret(agent, body.cell, known=body.known, burning=burning)
                 asked = replace(asked, secret=secret, options=self._options(agent, perceived))
             questions.append(asked)
         return questions
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the delivered messages by (sender, recipient), or else the steps by agent and further records."""
+        """Return the delivered messages, by sender and recipient; after actions, the steps and further records."""
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._bodies):
@@ -122,13 +113,13 @@ class FurnishedWorld(World):
         )
 
     def _options(self, agent: int, observation: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the legal replies: staying, the directions without a wall, and the possible further actions."""
+        """Return the legal replies: stay, move in a direction without a wall, and the possible further actions."""
         decisions = self._living.possible(agent, observation["touchable"]) if self._settings.further_actions else ()
         replies = [reply(decision.action, target=decision.target, amount=decision.amount) for decision in decisions]
         return (IDLE[ACTION], *map(reply, observation["open"]), *replies)
 
     def _go_on(self) -> list[Record]:
-        """Begin the next step: let fires spread and observe the scene; return the cells that caught fire."""
+        """Begin the next step: let fires spread, and make the observations; return the cells that caught fire."""
         step = self._completed + 1
         caught = self._spreading_fires.go_on(step)
         self._scene = self._senses.look(
@@ -142,7 +133,7 @@ class FurnishedWorld(World):
         return [Burning(step=step, x=x, y=y, fire=fire.name) for (x, y), fire in caught.items()]
 
     def _grown(self, before: Mapping[Cell, int]) -> list[Record]:
-        """Return the cells whose amount of food has changed."""
+        """Return a record per cell whose amount of food has changed since `before`."""
         now = {} if self._food_supply is None else self._food_supply.food
         changed = [cell for cell in sorted({*before, *now}) if before.get(cell, 0) != now.get(cell, 0)]
         return [Growing(step=self._completed, x=x, y=y, amount=now.get((x, y), 0)) for x, y in changed]
@@ -183,15 +174,15 @@ class FurnishedWorld(World):
         return records if self.finished else [*records, *self._go_on()]
 
     def _move(self, decisions: Mapping[int, FurnishedAction], order: Sequence[int]) -> dict[int, Moved]:
-        """Do all moves; remove the agents that leave."""
+        """Carry out all moves, and remove the agents that leave."""
         cells = {agent: body.cell for agent, body in self._bodies.items()}
         wanted: dict[int, Cell] = {}
         for agent, decision in decisions.items():
             if decision.direction is not None:
                 dx, dy = OFFSETS[decision.direction]
                 wanted[agent] = (cells[agent][0] + dx, cells[agent][1] + dy)
-        crossing = Crossing(self._ground, self._settings.cell_capacity, cells)
-        moved = crossing.resolve(wanted, [agent for agent in order if agent in wanted])
+        moving = [agent for agent in order if agent in wanted]
+        moved = moves_of(self._ground, self._settings.cell_capacity, cells, wanted, moving)
         for agent, one in moved.items():
             self._bodies[agent].cell = one.cell
             if one.left is not None:
@@ -199,7 +190,7 @@ class FurnishedWorld(World):
         return moved
 
     def _lose(self, before: Mapping[int, Body], moved: Mapping[int, Moved]) -> dict[int, str]:
-        """Take energy from all remaining agents; return the cause of death of those that die."""
+        """Take energy from all remaining agents, and remove those that die; return the cause of each death."""
         lost: dict[int, str] = {}
         for agent, body in before.items():
             if moved[agent].left is not None:
@@ -216,7 +207,7 @@ class FurnishedWorld(World):
         return lost
 
     def _danger(self, cell: Cell) -> str | None:
-        """Return the cause of death of an agent in this cell, or None; each danger draws independently."""
+        """Draw whether an agent in this cell dies, independently for each danger there; return the cause, or None."""
         dangers = [(zone.name, zone.risk) for zone in self._settings.zones if is_within(cell, zone.corners)]
         fire = self._spreading_fires.cells.get(cell)
         dangers += [] if fire is None else [(fire.name, fire.risk)]

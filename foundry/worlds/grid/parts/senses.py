@@ -1,20 +1,26 @@
-"""Observations in a 2D world with further parts, in addition to `foundry.worlds.grid.grid_observation`.
+"""Observations in a 2D world with further parts.
 
-Further keys of an observation; they are always present, and empty or null if the world lacks the part:
+The keys below add to those in `foundry.worlds.grid.grid_observation`. They are always present. If the world lacks a
+part, its keys are empty or null:
 
-view            columns and rows that it sees to each side; null for the whole grid.
+view            number of columns and rows that it sees to each side; null for the whole grid.
 window          the cells that it sees, one text per row, the uppermost first: `@` itself, `A` another agent, `#` a
                 wall or beyond the edge, `E` an exit, `*` a burning cell, `f` food, `.` empty, `?` hidden by a wall.
 open            the directions without a wall or edge: `up`, `down`, `left`, `right`.
-exits           the exits that it knows: [{name, x, y, seen, agents}]: the exit's nearest cell, whether it sees one of
-                the cells now, and how many other agents it sees within two columns and rows (null if not seen).
-burning the burning cells that it sees: [[x, y]]. seen the other agents that it sees, by id, even if it cannot talk to
-them: [{id, x, y, persona}]. zones all zones: [{name, x_min, x_max, y_min, y_max, risk}]. order the instruction to all
-agents from its first step on, or null. energy its energy, or null. loss energy that a step costs, or null. attack what
-an attack takes and costs, {takes, cost}, or null. reproduction energy that reproduction needs, and that the newborn
-gets, {needs, gives}, or null. food the food that it sees: [{x, y, amount}]. deeds further actions in this world:
-`gather`, `share`, `attack`, `reproduce`. touchable ids of the agents that it can share with or attack: at most one
-column and row away.
+exits           the exits that it knows: [{name, x, y, seen, agents}]. `x` and `y` are the exit's nearest cell; `seen`
+                says whether it sees a cell of the exit now; `agents` counts the other agents that it sees within two
+                columns and rows of the exit (null if it does not see the exit).
+burning         the burning cells that it sees: [[x, y]].
+seen            the other agents that it sees, even if it cannot talk to them, by id: [{id, x, y, persona}].
+zones           all zones: [{name, x_min, x_max, y_min, y_max, risk}].
+order           the instruction to all agents, or null before its first step.
+energy          its energy.
+loss            energy that each step costs.
+attack          energy that an attack takes, and that it costs: {takes, cost}.
+reproduction    energy that a parent needs, and that its newborn gets: {needs, gives}.
+food            the food that it sees: [{x, y, amount}].
+deeds           the further actions in this world: `gather`, `share`, `attack`, `reproduce`.
+touchable       ids of the agents that it can share with or attack: at most one column and row away.
 """
 
 import math
@@ -26,23 +32,30 @@ import numpy as np
 
 from foundry.worlds.grid.grid_observation import Perception, Scene
 from foundry.worlds.grid.grid_settings import GridSettings
-from foundry.worlds.grid.parts.parts_settings import Exit
+from foundry.worlds.grid.parts.parts_settings import Exit, Zone
 from foundry.worlds.grid.parts.terrain import Ground, SpreadingFires
 from foundry.worlds.grid.space import Cell, IntArray, neighbours
 
 NEAR_AN_EXIT = 2
-"""Distance in columns and rows at which an agent counts as being at an exit."""
+"""An agent is at an exit if it is at most this number of columns and rows away."""
 TOUCH = 1
-"""Distance in columns and rows at which agents can share and attack."""
+"""An agent can share with and attack agents at most this number of columns and rows away."""
 
 
 def apart(one: Cell, other: Cell) -> int:
-    """Return the larger of the distances of two cells in columns and in rows."""
+    """Return the distance between two cells: the number of columns or rows between them, whichever is larger."""
     return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
 
 
 def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-    """Return, for each agent, the indices of agents that it can talk to, given the walls; cells (n, 2), areas (n,)."""
+    """Return for each agent the indices of the agents that it can talk to.
+
+    Args:
+        settings: the world.
+        ground: its walls, which may block talk.
+        cells: cell of each agent, (n, 2).
+        areas: area of each agent, (n,).
+    """
     reach, square = settings.communication_distance, settings.communication_shape == "square"
     near = neighbours(cells, areas, reach * math.sqrt(2) * (1 + 1e-9) if square else reach)
     barred = "talk" in settings.walls_block and bool(ground.walls)
@@ -73,17 +86,7 @@ class Senses(Perception):
             "reproduction": None
             if settings.reproduction is None
             else {"needs": settings.reproduction.needs, "gives": settings.reproduction.gives},
-            "zones": [
-                {
-                    "name": zone.name,
-                    "x_min": min(zone.corners[0][0], zone.corners[1][0]),
-                    "x_max": max(zone.corners[0][0], zone.corners[1][0]),
-                    "y_min": min(zone.corners[0][1], zone.corners[1][1]),
-                    "y_max": max(zone.corners[0][1], zone.corners[1][1]),
-                    "risk": zone.risk,
-                }
-                for zone in settings.zones
-            ],
+            "zones": [_described(zone) for zone in settings.zones],
         }
 
     def look(
@@ -96,7 +99,16 @@ class Senses(Perception):
         energy: Mapping[int, int],
         food: Mapping[Cell, int],
     ) -> Scene:
-        """Return the scene at `step`, in the order of `bodies`; an exit that an agent sees becomes `known` to it."""
+        """Return the scene at `step`, and add each exit that an agent sees to the exits that it knows.
+
+        Args:
+            step: 1-based step.
+            bodies: cell of each present agent by id; the scene keeps this order.
+            spreading_fires: the burning cells.
+            known: names of the exits that each agent knows, by id.
+            energy: energy of each agent by id; empty in a world without energy.
+            food: units of food by cell.
+        """
         ids, cells = list(bodies), list(bodies.values())
         burning = {fire.name: np.array([c for c, one in spreading_fires.cells.items() if one is fire]).reshape(-1, 2)
                    for fire in self._settings.fires}  # fmt: skip
@@ -143,6 +155,11 @@ class Senses(Perception):
         is_seen = not visible.isdisjoint(way_out.cells)
         waiting = sum(len(there) - (one == cell) for one, there in seen.items() if _is_at(one, way_out.cells))
         return {"name": way_out.name, "x": x, "y": y, "seen": is_seen, "agents": waiting if is_seen else None}
+
+
+def _described(zone: Zone) -> dict[str, Any]:
+    (x_min, x_max), (y_min, y_max) = map(sorted, zip(*zone.corners, strict=True))
+    return {"name": zone.name, "x_min": x_min, "x_max": x_max, "y_min": y_min, "y_max": y_max, "risk": zone.risk}
 
 
 def _is_at(cell: Cell, cells: Iterable[Cell]) -> bool:

@@ -1,10 +1,9 @@
-"""The ground of a 2D world: walls, exits, paths, simultaneous moves, spreading fires and food."""
+"""The ground of a 2D world with further parts: walls, exits, paths, simultaneous moves, spreading fires and food."""
 
 from collections import Counter, defaultdict, deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from foundry import seeding
 from foundry.leaving import FAR, soonest_departures
@@ -39,14 +38,15 @@ class Sight:
     """The view from a cell.
 
     Attributes:
-        rows: the cells around it, the uppermost row first; a text replaces each cell that is hidden or off the grid.
+        rows: the cells around it, the uppermost row first; a cell that is hidden or off the grid is a text instead.
+        cells: the visible cells.
     """
 
     rows: tuple[tuple[Cell | str, ...], ...]
     cells: frozenset[Cell]
 
     def window(self, marks: Mapping[Cell, str], own: Cell) -> list[str]:
-        """Return the rows as texts with one character per cell: the cell's mark, or `@` for `own`."""
+        """Return the rows as texts with one character per cell: `@` for the own cell, or else the cell's mark."""
         get = marks.get
         return [
             "".join([one if isinstance(one, str) else "@" if one == own else get(one, FREE) for one in row])
@@ -55,7 +55,7 @@ class Sight:
 
 
 class Ground:
-    """The constant ground of a world; the view from each cell is computed once, for a single reach.
+    """The walls and exits of a world, which never change; it computes the view from each cell only once.
 
     Attributes:
         half_size: both axes run from -half_size to +half_size.
@@ -74,17 +74,17 @@ class Ground:
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def stops(self, cell: Cell) -> str | None:
-        """Return the obstacle in a cell, `edge` or `wall`, or None."""
+        """Return why no agent can enter a cell, `edge` or `wall`, or None if agents can."""
         if cell not in self:
             return "edge"
         return "wall" if cell in self.walls else None
 
     def is_clear(self, one: Cell, other: Cell) -> bool:
-        """Return whether no wall is between two cells; symmetric."""
+        """Return whether no wall is between two cells; the order of the two does not matter."""
         return not self.walls or self.walls.isdisjoint(_between(*sorted((one, other))))
 
     def ways(self, cell: Cell) -> list[str]:
-        """Return the directions without a wall or edge."""
+        """Return the directions from a cell without a wall or edge."""
         return [way for way, (dx, dy) in OFFSETS.items() if self.stops((cell[0] + dx, cell[1] + dy)) is None]
 
     def sight(self, cell: Cell, reach: int | None, *, barred: bool) -> Sight:
@@ -92,7 +92,7 @@ class Ground:
 
         Args:
             cell: the viewer's cell.
-            reach: columns and rows to each side; None for the whole grid.
+            reach: number of visible columns and rows to each side, always the same; None for the whole grid.
             barred: whether walls hide the cells behind them.
         """
         if cell not in self._seen:
@@ -111,11 +111,11 @@ class Ground:
         return HIDDEN if barred and not self.is_clear(cell, other) else other
 
     def steps_to(self, goals: Collection[Cell], closed: Collection[Cell] = ()) -> dict[Cell, int]:
-        """Return the smallest number of moves to a goal, for every cell with a path to one.
+        """Return the smallest number of moves from each cell to a goal, without cells from which no path leads there.
 
         Args:
-            goals: cells at the end of paths.
-            closed: cells other than walls that no path may cross. A path may cross an exit only if the exit is a goal.
+            goals: cells where paths end.
+            closed: cells that no path may cross, in addition to walls and to exits that are no goal.
         """
         ends = set(goals)
         steps = dict.fromkeys(ends, 0)
@@ -131,10 +131,7 @@ class Ground:
 
 
 def _between(one: Cell, other: Cell) -> Iterator[Cell]:
-    """Yield the cells on the straight line between the middles of two cells, without these two.
-
-    Source: Bresenham 1965.
-    """
+    """Yield the cells on the straight line between two cells, without these two (Bresenham 1965)."""
     (x, y), (end_x, end_y) = one, other
     wide, high = abs(end_x - x), -abs(end_y - y)
     right, up = (1 if end_x > x else -1), (1 if end_y > y else -1)
@@ -159,7 +156,8 @@ class Moved:
     Attributes:
         cell: the agent's cell afterwards; the exit's cell if it left.
         left: name of the exit by which it left, or None.
-        blocked: obstacle of the requested move: `edge`, `wall`, `agents`, `exit`, or None.
+        blocked: what prevented the move: `edge`, `wall`, `agents` (the cell is full), `exit` (its capacity is used up),
+            or None.
     """
 
     cell: Cell
@@ -167,65 +165,54 @@ class Moved:
     blocked: str | None = None
 
 
-class Crossing:
-    """The moves of one step.
+def moves_of(
+    ground: Ground, capacity: int | None, cells: Mapping[int, Cell], wanted: Mapping[int, Cell], order: Sequence[int]
+) -> dict[int, Moved]:
+    """Return the result of the moves of one step for each agent, by id.
 
-    The first agents in the order get the free room. An agent that moves away makes room for another in the same step.
-    Two agents cannot swap cells that each have room for one.
+    If a cell has not enough room for all agents that want to enter it, the first agents in the order get in. An agent
+    that moves away makes room for another in the same step. Two agents cannot swap cells that are both full.
+
+    Args:
+        ground: walls and exits.
+        capacity: number of agents that fit in a cell; None for any number.
+        cells: cell of each agent, by id.
+        wanted: target cell of each agent that wants to move, by id.
+        order: ids of the agents that want to move; earlier agents go first.
     """
+    held, out = Counter(cells.values()), Counter[str]()
 
-    def __init__(self, ground: Ground, capacity: int | None, cells: Mapping[int, Cell]) -> None:
-        """Prepare the moves.
-
-        Args:
-            ground: walls and exits.
-            capacity: number of agents that fit in a cell; None for any number.
-            cells: cell of each agent.
-        """
-        self._ground = ground
-        self._capacity = capacity
-        self._cells = cells
-        self._held = Counter(cells.values())
-        self._out: Counter[str] = Counter()
-
-    def resolve(self, wanted: Mapping[int, Cell], order: Sequence[int]) -> dict[int, Moved]:
-        """Return the result of each agent's move.
-
-        Args:
-            wanted: target cell of each agent that moves.
-            order: ids of the agents that move; earlier agents go first.
-        """
-        found = {agent: Moved(cell) for agent, cell in self._cells.items()}
-        waiting: defaultdict[Cell, list[int]] = defaultdict(list)
-        for agent in order:
-            mover: int | None = agent
-            while mover is not None:
-                found[mover] = self._try(mover, wanted[mover])
-                if found[mover].blocked == "agents":
-                    waiting[wanted[mover]].append(mover)
-                freed = None if found[mover].blocked else self._cells[mover]
-                mover = waiting[freed].pop(0) if freed is not None and waiting[freed] else None
-        return found
-
-    def _try(self, agent: int, target: Cell) -> Moved:
-        cell = self._cells[agent]
-        if (stop := self._ground.stops(target)) is not None:
+    def move(agent: int) -> Moved:
+        cell, target = cells[agent], wanted[agent]
+        if (stop := ground.stops(target)) is not None:
             return Moved(cell, blocked=stop)
-        way_out = self._ground.exits.get(target)
+        way_out = ground.exits.get(target)
         if way_out is not None:
-            if way_out.capacity is not None and self._out[way_out.name] >= way_out.capacity:
+            if way_out.capacity is not None and out[way_out.name] >= way_out.capacity:
                 return Moved(cell, blocked="exit")
-            self._out[way_out.name] += 1
-        elif self._capacity is not None and self._held[target] >= self._capacity:
+            out[way_out.name] += 1
+        elif capacity is not None and held[target] >= capacity:
             return Moved(cell, blocked="agents")
         else:
-            self._held[target] += 1
-        self._held[cell] -= 1
+            held[target] += 1
+        held[cell] -= 1
         return Moved(target, left=None if way_out is None else way_out.name)
+
+    moved = {agent: Moved(cell) for agent, cell in cells.items()}
+    waiting: defaultdict[Cell, list[int]] = defaultdict(list)
+    for agent in order:
+        mover: int | None = agent
+        while mover is not None:
+            moved[mover] = move(mover)
+            if moved[mover].blocked == "agents":
+                waiting[wanted[mover]].append(mover)
+            freed = None if moved[mover].blocked else cells[mover]
+            mover = waiting[freed].pop(0) if freed is not None and waiting[freed] else None
+    return moved
 
 
 class WayOut:
-    """The exit of each agent in the fastest evacuation, planned once from the start cells."""
+    """The plan of the fastest evacuation from the start cells: an exit for each agent."""
 
     def __init__(self, ground: Ground, exits: Sequence[Exit], bodies: Mapping[int, Cell]) -> None:
         self._ground = ground
@@ -241,16 +228,16 @@ class WayOut:
 
     @cached_property
     def _plan(self) -> dict[int, int]:
-        """The exit of each agent, by its id."""
+        """The index of the exit of each agent, by its id."""
         fields = [self._field(index, frozenset()) for index in range(len(self._exits))]
         distances = [[field.get(cell, FAR) for field in fields] for cell in self._start.values()]
         departures = soonest_departures(distances, [one.capacity for one in self._exits])
         return {agent: one.exit for agent, one in zip(self._start, departures, strict=True) if one is not None}
 
     def ways(self, agent: int, cell: Cell, burning: frozenset[Cell]) -> list[str]:
-        """Return the directions on a shortest way to the agent's exit, around burning cells if possible.
+        """Return the directions on a shortest way to an agent's exit, around burning cells if possible.
 
-        An agent born during the run goes to the nearest exit.
+        An agent that was born during the run has no planned exit, so it goes to the nearest one.
         """
         planned = self._plan.get(agent)
         mine = [] if planned is None else [planned]
@@ -269,25 +256,22 @@ class WayOut:
                 return [way for way, end in ends.items() if field.get(end, FAR) < field[cell]]
         return []
 
+    def secret(self, agent: int, cell: Cell, *, known: Collection[str], burning: frozenset[Cell]) -> Computed:
+        """Return knowledge for scripted policies, which is computed when a policy reads it; models never get it.
 
-def secret_of(
-    plan: WayOut, agent: int, cell: Cell, *, known: Collection[str], burning: frozenset[Cell]
-) -> Mapping[str, Any]:
-    """Return knowledge for scripted policies, computed on demand; no model gets it.
-
-    `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: the
-    directions on a shortest way to the nearest exit that the agent knows.
-    """
-    return Computed(
-        {
-            "ways_out": lambda: plan.ways(agent, cell, burning),
-            "ways_known": lambda: plan.ways_to(known, cell, burning),
-        }
-    )
+        `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: the
+        directions on a shortest way to the nearest exit that the agent knows.
+        """
+        return Computed(
+            {
+                "ways_out": lambda: self.ways(agent, cell, burning),
+                "ways_known": lambda: self.ways_to(known, cell, burning),
+            }
+        )
 
 
 class SpreadingFires:
-    """The burning cells; a fire ignites its own cell at its start, then neighbouring cells without a wall.
+    """The burning cells; a fire ignites its own cell at its start, and then neighbouring cells without a wall.
 
     Attributes:
         cells: the fire of each burning cell, in the order of ignition.
@@ -300,7 +284,7 @@ class SpreadingFires:
         self.cells: dict[Cell, Fire] = {}
 
     def go_on(self, step: int) -> dict[Cell, Fire]:
-        """Return the cells that catch fire before the questions of a step; call it once per step.
+        """Return the cells that catch fire before the questions of a step, and let them burn; call it once per step.
 
         Each burning cell ignites each of its four neighbours with its fire's probability.
         """
@@ -322,7 +306,7 @@ class FoodSupply:
     """The food in the cells.
 
     Attributes:
-        food: units by cell, without empty cells.
+        food: units of food by cell, without empty cells.
     """
 
     def __init__(self, settings: Food, ground: Ground, seed: int) -> None:
@@ -337,14 +321,14 @@ class FoodSupply:
         self.food = dict.fromkeys(self._bearing, settings.amount)
 
     def take(self, cell: Cell, most: int) -> int:
-        """Gather food from a cell and return the amount: at most a bite, the units in the cell, or `most`."""
+        """Take food from a cell and return the amount: the smallest of a bite, the units in the cell, and `most`."""
         there = self.food.get(cell, 0)
         taken = max(0, min(there, most, there if self._settings.bite is None else self._settings.bite))
         self._set(cell, there - taken)
         return taken
 
     def grow(self, step: int) -> None:
-        """Let a unit grow in each cell at the end of every `regrow_every` steps, up to the cell's maximum."""
+        """Let one unit grow in each cell that bears food, up to its maximum, if `regrow_every` divides the step."""
         if self._settings.regrow_every is not None and step % self._settings.regrow_every == 0:
             for cell in self._bearing:
                 self._set(cell, min(self.food.get(cell, 0) + 1, self._settings.amount))
