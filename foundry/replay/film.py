@@ -15,23 +15,19 @@ _GIF_COLOURS = 128
 
 
 def check_film(path: Path, fps: float) -> None:
-    """Check before drawing that the film can be written.
-
-    Raises:
-        InputError: the file's kind, folder or rate is impossible, or the encoder is not installed.
-    """
+    """Raise InputError if a film cannot be written to this path at this rate, before any picture is drawn."""
     if path.suffix.lower() not in _WRITERS:
-        raise not_found("Kind of film", path.suffix or path.name, _WRITERS, "Choose it by the file's ending.")
+        raise not_found("Kind of film", path.suffix or path.name, _WRITERS, "Choose a kind by the file's ending.")
     if not path.parent.is_dir():
-        raise InputError(f"--video {path}: there is no folder '{path.parent}'.")
+        raise InputError(f"--video {path}: there is no folder '{path.parent}'. Create it first.")
     if not 0 < fps <= 100:
-        raise InputError(f"--fps {fps:g} is not above 0 and at most 100.")
+        raise InputError(f"--fps must be above 0 and at most 100; got {fps:g}.")
     if path.suffix.lower() == ".mp4":
         _ffmpeg()
 
 
 def write_film(path: Path, shown: Iterable[Picture], fps: float) -> None:
-    """Write pictures of the same size as a film; the file appears only when it is complete."""
+    """Write pictures of the same size as a film. The file gets its name only when it is complete."""
     unfinished = path.with_stem(f".{path.stem}.unfinished")
     try:
         _WRITERS[path.suffix.lower()](unfinished, shown, fps)
@@ -44,7 +40,7 @@ def _ffmpeg() -> Any:
     try:
         import imageio_ffmpeg
     except ImportError as error:
-        raise InputError("An MP4 needs an encoder: pip install 'foundry-worlds[video]', or name a .gif.") from error
+        raise InputError("An MP4 needs an encoder: pip install 'foundry-worlds[video]', or write a .gif.") from error
     return imageio_ffmpeg
 
 
@@ -69,20 +65,16 @@ def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
 
 
 def _even(pixels: Any) -> Any:
-    """Return (h, w, 3) with the last row and column repeated, since H.264 needs even numbers."""
+    """Repeat the last row or column of a picture (h, w, 3) if h or w is odd, because H.264 needs even sizes."""
     height, width = pixels.shape[:2]
     return np.ascontiguousarray(np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))
 
 
 def _write_gif(path: Path, shown: Iterable[Picture], fps: float) -> None:
-    frames = _reduced(shown)
+    reduce: Any = {"method": Image.Quantize.FASTOCTREE, "dither": Image.Dither.NONE}
+    frames = (opened.quantize(_GIF_COLOURS, **reduce) for opened in _opened(shown))
     first = next(frames)
     first.save(path, save_all=True, append_images=frames, duration=max(round(1000 / fps), 10), loop=0)
-
-
-def _reduced(shown: Iterable[Picture]) -> Iterator[Image.Image]:
-    for opened in _opened(shown):
-        yield opened.quantize(_GIF_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 
 def _opened(shown: Iterable[Picture]) -> Iterator[Image.Image]:

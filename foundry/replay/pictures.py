@@ -17,7 +17,7 @@ from foundry.running.cores import share_cores
 CHUNK = 8
 """Number of steps that a worker draws at once."""
 ALONE = 4
-"""Number of pictures up to which this process alone is faster than new workers."""
+"""Up to this number of pictures, one process is faster than several."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """The layout of a picture: width and height of each part in pixels, or None; number of lines of text below."""
+    """The layout of a picture of several runs: size of each part in pixels, number of lines of text below it."""
 
     room: tuple[int, int] | None = None
     lines: int = 0
@@ -41,14 +41,14 @@ def pictures(
 ) -> Iterator[Picture]:
     """Yield a picture of each step, in order.
 
-    A single run's pictures equal those that `record.frames` stores, byte for byte. Pictures of several runs are tiled
-    and captioned; a run that has ended keeps its last state.
+    The pictures of a single run equal those that `record.frames` stores, byte for byte. In a picture of several runs,
+    each run has a caption; a run that has ended keeps its last state.
 
     Args:
         recordings: the runs.
         steps: the steps; 0 is the initial state.
         workers: number of processes; None for one per core.
-        film: whether the pictures are for a film: all of one size, with captions, and with messages below.
+        film: whether to add captions and messages, and to give all pictures one size.
     """
     sheet = _film_sheet(recordings, steps) if film else _Sheet() if len(recordings) > 1 else None
     chunks = [tuple(steps[start : start + CHUNK]) for start in range(0, len(steps), CHUNK)]
@@ -62,7 +62,7 @@ def pictures(
 
 
 def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterator[str]:
-    """Yield all texts around the pictures of a film, in full."""
+    """Yield the full texts of the captions and messages of a film."""
     yield from captions(recordings)
     for run in recordings:
         for step in steps:
@@ -70,7 +70,7 @@ def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterato
 
 
 def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet:
-    """Return the layout for all pictures of a film: sizes as at its first step, and room for the longest text."""
+    """Return the layout of a film: the sizes of its first pictures, and as many lines as its longest text needs."""
     opened = [Image.open(io.BytesIO(_picture(run, steps[0]))) for run in recordings]
     spoken = (len(_told(run, step)) for run in recordings for step in steps)
     return _Sheet(largest(opened), min(LINES, 2 * max(spoken)))
@@ -79,6 +79,7 @@ def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet
 def _drawn_elsewhere(
     runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ...]], sheet: _Sheet | None, workers: int
 ) -> Iterator[Picture]:
+    """Draw the steps in other processes, at most a few chunks ahead, so that pictures do not fill the memory."""
     from loky import ProcessPoolExecutor
 
     pool = ProcessPoolExecutor(max_workers=workers, initializer=share_cores, initargs=(workers,))
@@ -95,7 +96,7 @@ def _drawn_elsewhere(
 
 
 def _drawn(runs: tuple[Recording, ...], steps: Sequence[int], sheet: _Sheet | None) -> list[Picture]:
-    """Draw some steps, one run after another, since alternating between scenes would take far longer."""
+    """Draw some steps of all runs, one run after another, because changing between scenes takes far longer."""
     columns = [[_picture(run, step) for step in steps] for run in runs]
     if sheet is None:
         return [Picture(step, png) for step, png in zip(steps, columns[0], strict=True)]

@@ -1,4 +1,4 @@
-"""The records of a run, read once, for redrawing it in any process."""
+"""Reads the records of a run, so that any process can redraw the run."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -23,12 +23,12 @@ class Recording:
 
     Attributes:
         config: the effective configuration, as JSON.
-        steps: lines of `steps.jsonl`, whole steps only.
+        steps: lines of `steps.jsonl`, up to the last complete step.
         episode: the line of `episode.jsonl`; empty if the world writes none.
-        last: the last whole step; 0 if there is none.
-        note: remark on an incomplete run, or "".
-        identity: facts that distinguish the run, by name: model, world, prompt, seed and swept settings.
-        trusted: further packages from which its world's classes may come.
+        last: the last complete step; 0 if there is none.
+        note: why the run is incomplete; "" if it is complete.
+        identity: model, world, prompt, seed and swept settings, as pairs of name and value.
+        trusted: further packages that may contain classes of its world.
         messages: lines of `messages.jsonl`; empty if no message was delivered.
     """
 
@@ -51,12 +51,8 @@ class _StepOf(msgspec.Struct):
 def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
     """Return the records of a run so far.
 
-    Args:
-        run: the run.
-        trusted: further packages from which its world's classes may come.
-
     Raises:
-        InputError: the run was never started.
+        InputError: the run has not begun.
         RecordError: the records are damaged.
     """
     if not run.path.is_dir():
@@ -85,16 +81,12 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 
 @lru_cache(maxsize=64)
 def redrawing_of(recording: Recording) -> Redrawing:
-    """Return the pictures of a run; they are cached by the records."""
+    """Return the pictures of a run; for equal records, the same object."""
     return redrawn(recording)
 
 
 def redrawn(recording: Recording) -> Redrawing:
-    """Return the pictures of a run, drawn by its world from its records.
-
-    Raises:
-        InputError: the world may not be built, or cannot redraw.
-    """
+    """Return the pictures that the run's world draws from its records; raise InputError if the world cannot."""
     config = msgspec.json.decode(recording.config)
     # Only the world is built, so the model is irrelevant.
     check_targets({"world": config["world"]}, recording.trusted, f"Run '{recording.id}'")
@@ -105,25 +97,21 @@ def redrawn(recording: Recording) -> Redrawing:
 
 
 def picture_of(recording: Recording, redrawing: Redrawing, step: int) -> bytes:
-    """Return the state of a run after a step as a PNG.
-
-    Raises:
-        InputError: its world cannot draw it.
-    """
+    """Return a PNG of the state of a run after a step, or raise InputError if its world cannot draw it."""
     with _drawing(recording):
         return redrawing.draw(step)
 
 
 @contextlib.contextmanager
 def _drawing(recording: Recording) -> Iterator[None]:
-    """Report any error in a world's code in one line with the world's name."""
+    """Turn any error in the code of a world into one line that names the world."""
     try:
         yield
     except FoundryError:
         raise
     except Exception as error:
         world, said = dict(recording.identity).get("world"), one_line(f"{type(error).__name__}: {error}")
-        raise InputError(f"World '{world}' cannot draw run '{recording.id}' again ({said}).") from error
+        raise InputError(f"World '{world}' cannot redraw run '{recording.id}' ({said}).") from error
 
 
 def _whole_lines(content: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""Texts around the pictures of a film: the run, the step and its messages."""
+"""Draws the texts of a film: the name of the run, the step, and the messages of the step."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
@@ -15,14 +15,12 @@ from foundry.storing.store import lines_of
 from foundry.worlds.camera.eye.overview import INK, LINE_PX, MARGIN_PX, PAPER, TEXT_PX
 
 LINES = 6
-"""Maximum number of lines of messages in a step."""
+"""Maximum number of lines of messages below a picture."""
 _NAMED = 8
-"""Maximum number of recipients that are named; for more recipients, only the number is shown."""
+"""Up to this number of recipients, a message names them; beyond it, the message gives their number."""
 
 
 class _Speech(msgspec.Struct):
-    """The needed part of a line of `steps.jsonl`."""
-
     step: int
     agent: int
     message: Any = None
@@ -30,11 +28,7 @@ class _Speech(msgspec.Struct):
 
 @lru_cache(maxsize=64)
 def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
-    """Return the messages of each step, as "agent 3 to 4, 7: text"; messages without recipients come last.
-
-    Raises:
-        RecordError: the records are damaged.
-    """
+    """Return the messages of each step, as in "agent 3 to 4, 7: text". Messages that nobody received come last."""
     heard: dict[tuple[int, int, str], list[int]] = {}
     for one in lines_of(recording.messages, Message, recording.folder):
         heard.setdefault((one.step, one.sender, one.text), []).append(one.recipient)
@@ -54,7 +48,7 @@ def _to(recipients: Sequence[int]) -> str:
 
 
 def in_lines(said: Sequence[str], width: int, most: int) -> list[str]:
-    """Return texts as lines of the given width, pixels, as many as fit; the last line counts the omitted texts."""
+    """Break texts into at most `most` lines of a width in pixels; the last line gives the number of omitted texts."""
     if not most:
         return []
     shown = said if len(said) <= most else said[: most - 1]
@@ -70,7 +64,7 @@ def _cut(lines: list[str], most: int) -> list[str]:
 
 
 def _wrapped(text: str, width: int) -> Iterator[str]:
-    """Yield lines; a word longer than a line, as in languages without blanks, is broken."""
+    """Yield the lines of a text. A word that is longer than a line, as in Japanese, is broken."""
     line = ""
     for word in text.split():
         if line and width_of(f"{line} {word}") > width:
@@ -91,7 +85,7 @@ def width_of(line: str) -> float:
 
 
 def _font_of(text: str) -> ImageFont.FreeTypeFont:
-    """Return the first font with all letters of a text, or else the font that lacks the fewest letters."""
+    """Return the first font that has all letters of a text; if none has them, the font that lacks the fewest."""
     return _loaded(min(letters_by_file().items(), key=lambda one: len(lacking(text, one[1])))[0])
 
 
@@ -101,7 +95,7 @@ def _loaded(file: str) -> ImageFont.FreeTypeFont:
 
 
 def boxes_note(texts: Iterable[str]) -> str:
-    """Return a remark on letters that no font of this machine has, or ""."""
+    """Return a note about the letters that no font of this machine has; "" if there are none."""
     fonts = letters_by_file().values()
     boxes = sorted(set().union(*(min((lacking(text, letters) for letters in fonts), key=len) for text in texts)))
     if not boxes:
@@ -111,7 +105,7 @@ def boxes_note(texts: Iterable[str]) -> str:
 
 
 def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
-    """Return an image of lines of text, with room for `room` lines."""
+    """Draw lines of text on a band that is high enough for `room` lines."""
     sheet = Image.new("RGB", (width, band_height(room)), PAPER)
     pen = ImageDraw.Draw(sheet)
     for number, line in enumerate(lines):
@@ -120,5 +114,5 @@ def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
 
 
 def band_height(room: int) -> int:
-    """Return the height of a band for this number of lines, pixels; 0 for none."""
+    """Return the height of a band for this number of lines, in pixels; 0 for no line."""
     return room * LINE_PX + MARGIN_PX if room else 0

@@ -1,4 +1,4 @@
-"""Tiles the pictures of several runs."""
+"""Puts the pictures of several runs side by side."""
 
 import io
 import math
@@ -18,7 +18,7 @@ _HEAD = 2
 
 
 def captions(recordings: Sequence[Recording]) -> list[str]:
-    """Return a line for each run: its model, its seed and other facts that differ between runs."""
+    """Return a caption for each run: its model, its seed, and the other settings in which the runs differ."""
     identities = [dict(one.identity) for one in recordings]
     names = list(dict.fromkeys(name for identity in identities for name in identity))
     told = [
@@ -33,13 +33,7 @@ def _said(name: str, value: str) -> str:
 
 @dataclass(frozen=True)
 class Tile:
-    """One run's part of a picture.
-
-    Attributes:
-        picture: a PNG.
-        text: text above it, which names the run.
-        said: messages of the step, below it.
-    """
+    """The part of one run in a picture of several runs: a PNG, the text above it, and the messages below it."""
 
     picture: bytes
     text: str
@@ -47,11 +41,11 @@ class Tile:
 
 
 def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: int = 0) -> bytes:
-    """Return a PNG with several tiles in a nearly square grid, each below its text.
+    """Return a PNG with the tiles in rows and columns, about as many rows as columns.
 
     Args:
-        tiles: the parts.
-        room: width and height of each picture, pixels; larger pictures are scaled down. None for the largest size.
+        tiles: the tiles.
+        room: width and height in pixels to which larger pictures are scaled down; None for the largest picture.
         lines: number of lines of messages below each picture.
     """
     columns = math.ceil(math.sqrt(len(tiles)))
@@ -74,5 +68,5 @@ def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: 
 
 
 def largest(opened: Sequence[Image.Image]) -> tuple[int, int]:
-    """Return the smallest width and height, pixels, into which each of the pictures fits."""
+    """Return the largest width and the largest height of the pictures, in pixels."""
     return max(one.width for one in opened), max(one.height for one in opened)

@@ -1,4 +1,4 @@
-"""Finds the calls of an agent in a compressed log, and reads as little of it as possible."""
+"""Finds the calls of an agent in a compressed log, of which it reads as little as possible."""
 
 import mmap
 import re
@@ -20,7 +20,7 @@ _LONGEST_HEADER = 18
 
 
 class _LoggedCall(NamedTuple):
-    """A call, and the position of its line within lines of a frame."""
+    """A call: some lines of its frame, and the position of the call's own line in them."""
 
     frame: int
     step: int
@@ -38,12 +38,12 @@ class _LoggedCall(NamedTuple):
 class CallLog:
     """The lines of `calls.jsonl.zst` by step and agent.
 
-    The writer ends a Zstandard frame after some megabytes of lines. A step is found by the first line of each frame. A
-    log with a single long frame, as earlier versions wrote it, is read from its start. Later steps are read from the
-    last position on.
+    The writer ends a Zstandard frame after some megabytes of lines, so the first line of each frame shows where a step
+    is. Earlier versions wrote a single long frame, which is read from its start. Reading goes on from the last position
+    if a later step is wanted.
 
     Attributes:
-        damaged: reason why the log cannot be read to its end, or ""; a log cut by a crash is not damaged.
+        damaged: reason why the log cannot be read to its end, or "". A log that a crash cut off is not damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -59,16 +59,16 @@ class CallLog:
         self._next: _LoggedCall | None = None
 
     def close(self) -> None:
-        """Discard the cached data; later calls read the log again."""
+        """Free the memory; the next request reads the log again."""
         with self._lock:
             self._begin()
 
     def of_agent(self, agent: int, first: int, last: int) -> list[bytes]:
-        """Return the agent's calls in the steps from `first` to `last`, one JSON object each, in order."""
+        """Return an agent's calls in the steps from `first` to `last` as lines of JSON, in order."""
         return self._find(first, last, agent).get(agent, [])
 
     def of_all(self, first: int, last: int) -> dict[int, list[bytes]]:
-        """Return the calls of the given steps by agent."""
+        """Return the calls in these steps by agent, as lines of JSON."""
         return self._find(first, last, None)
 
     def _find(self, first: int, last: int, agent: int | None) -> dict[int, list[bytes]]:
@@ -82,7 +82,7 @@ class CallLog:
         return lines_by_agent
 
     def _go_to(self, step: int) -> None:
-        """Move to or before the first call of a step."""
+        """Go to the first call of a step, or to a call before it."""
         self._look_for_frames()
         frame = max(0, bisect_left(range(len(self._starts)), step, key=self._first_step) - 1)
         if self._next is None or self._next.step > step or self._next.frame < frame:
@@ -90,7 +90,7 @@ class CallLog:
             self._next = next(self._calls, None)
 
     def _look_for_frames(self) -> None:
-        """Find the starts of the frames that have been written; the last frame may grow."""
+        """Find where the written frames begin. The last known frame is looked at again, because it may have grown."""
         known = self._starts.pop() if self._starts else 0
         if self.path.exists() and self.path.stat().st_size:
             with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:
@@ -111,7 +111,7 @@ class CallLog:
         return self._first_steps[frame]
 
     def _read_from(self, frame: int) -> Iterator[_LoggedCall]:
-        """Yield the calls from a frame on, up to damage or the end of the written log."""
+        """Yield the calls from a frame on, until the written log ends or is damaged."""
         step = 0
         while frame < len(self._starts):  # which grows
             try:
@@ -121,7 +121,7 @@ class CallLog:
                         head = _HEAD.match(lines, start)
                         if head is None or int(head[1]) < step:
                             line = lines[start : min(end - 1, start + 80)]
-                            self.damaged = f"a call does not begin with its agent and a step that is due: {line!r}"
+                            self.damaged = f"a call lacks its agent or step, or its step is out of order: {line!r}"
                             return
                         step = int(head[1])
                         yield _LoggedCall(frame, step, int(head[2]), lines, start, end - 1)
@@ -132,7 +132,7 @@ class CallLog:
             frame += 1
 
     def _lines(self, frame: int) -> Iterator[bytes]:
-        """Yield the lines of a frame in batches; the last line may be incomplete."""
+        """Yield batches of lines of a frame. The last line of a batch may be incomplete; the next batch repeats it."""
         inflate = zstandard.ZstdDecompressor().decompressobj()
         rest = b""
         with self.path.open("rb") as file:
@@ -144,13 +144,9 @@ class CallLog:
 
 
 def frame_starts(log: mmap.mmap, start: int) -> list[int]:
-    """Return the starts of the Zstandard frames in a log; the last frame may be incomplete.
+    """Return where the Zstandard frames of a log begin, from the frame at `start` on; the last may be incomplete.
 
     Source of the layout: RFC 8878, section 3.1.1.
-
-    Args:
-        log: the log.
-        start: start of a frame; earlier frames are skipped.
     """
     starts = []
     while start < len(log):

@@ -1,4 +1,4 @@
-"""The sweeps in a folder and the state of their runs; data of a file are cached until it changes."""
+"""The sweeps in a folder, and the state of their runs. Data of a file stay in memory until the file changes."""
 
 import base64
 import re
@@ -21,20 +21,19 @@ from foundry.viewer.summary import Summary, claimed_measures, summary_of
 
 ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
-"""Number of runs in the first check, for which a page waits."""
+"""Number of runs that the first check covers; the page waits for this check."""
 FEW = 2_000
-"""Number of runs per check: smaller sweeps are checked completely each time, larger sweeps in parts of this size."""
+"""Number of runs per later check: larger sweeps are checked in parts of this size, smaller sweeps as a whole."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 
 @dataclass
 class CatalogedSweep:
-    """A sweep and its cached data.
+    """A sweep and its data in memory.
 
     Attributes:
         id: its name in addresses.
-        name: its folder, relative to the folder that is shown.
-        folder: the sweep.
+        name: the path of its folder, relative to the folder that is shown.
     """
 
     id: str
@@ -48,11 +47,11 @@ class CatalogedSweep:
 
     @property
     def is_probe(self) -> bool:
-        """True if the sweep is a probe."""
+        """Whether the sweep is a probe."""
         return self.folder.moments_file.exists()
 
     def runs(self) -> list[RunFolder]:
-        """Return every run, started or not."""
+        """Return all runs, also those that have not begun."""
         return self._runs_of(range(len(self.folder.sweep.runs)))
 
     def run(self, name: str) -> RunFolder:
@@ -63,17 +62,17 @@ class CatalogedSweep:
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        """The index of each run in the definition, by its id."""
+        """The index of each run in the sweep's definition, by the run's id."""
         return {run.id: place for place, run in enumerate(self.folder.sweep.runs)}
 
     def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
-        """Return the runs with the given indices; they are created on first use, since there may be very many."""
+        """Return the runs with these indices. Each is created at its first use, because there may be very many."""
         if fresh := [place for place in places if place not in self._folders]:
             self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
         return [self._folders[place] for place in places]
 
     def summary(self, folder: RunFolder) -> RunSummary | None:
-        """Return how a run ended, or None if it has not ended."""
+        """Return the summary of a run that has ended, or None."""
         ending = folder.ending
         kept = self._summaries.get(folder.id)
         if kept is not None and kept[0] == ending:
@@ -88,10 +87,7 @@ class CatalogedSweep:
         return set(opened_in(self.folder.progress()))
 
     def head(self) -> dict[str, Any]:
-        """Return the values above the table.
-
-        `counts` covers the runs checked so far; in all but very large sweeps, that is every run.
-        """
+        """Return what the page shows above the table. `counts` covers the runs that were checked so far."""
         reports = self.folder.progress()
         counts = self.look_further(set(opened_in(reports)))
         return {
@@ -111,7 +107,7 @@ class CatalogedSweep:
         }
 
     def rows(self, first: int, last: int | None) -> list[dict[str, Any]]:
-        """Return the rows of the table from `first` up to, but not including, `last`, or to the end."""
+        """Return the rows of the table from index `first` up to, but not including, `last`."""
         opened = self.open_runs()
         return [
             self._row(folder, folder.id in opened)
@@ -119,13 +115,13 @@ class CatalogedSweep:
         ]
 
     def look_further(self, opened: Container[str]) -> Counter[str]:
-        """Check runs with states that may have changed, and some runs that were never checked.
+        """Check the runs whose state may have changed, and some that were never checked.
 
         Args:
-            opened: the runs that a worker is playing.
+            opened: ids of the runs that a worker is playing.
 
         Returns:
-            Numbers of runs by state, for all runs checked so far.
+            The number of runs in each state, of all runs that were checked so far.
         """
         known, places = self._standings, self._places
         begun = self.folder.begun() if known else places.keys()  # a page waits for the first check
@@ -139,23 +135,23 @@ class CatalogedSweep:
         return Counter(known.values())
 
     def holds(self, run: str) -> bool:
-        """Return whether there is a run with the given id; another command may have added runs to the sweep."""
+        """Return whether this page knows the run; another command may have added runs since the page began."""
         return run in self._places
 
     @cached_property
     def models(self) -> dict[str, str]:
-        """The name of each run's model, by run."""
+        """The name of the model of each run, by the run's id."""
         names = [str(one.config["model"]["name"]) for one in self.folder.sweep.conditions]
         return {run.id: names[run.condition] for run in self.folder.sweep.runs}
 
     def seeds_of(self, run: str) -> list[str]:
-        """Return the runs of a run's condition, in the order of their seeds."""
+        """Return all runs with the condition of a run, in the order of their seeds."""
         runs = self.folder.sweep.runs
         condition = runs[self._places[run]].condition
         return [one.id for one in sorted(runs, key=lambda one: one.seed) if one.condition == condition]
 
     def models_beside(self, run: str) -> list[str]:
-        """Return the runs that differ from a run in nothing but the model, in the order of the sweep."""
+        """Return the run itself and all runs that differ from it only in the model, in the order of the sweep."""
         runs, conditions = self.folder.sweep.runs, self.folder.sweep.conditions
         own = runs[self._places[run]]
         swept = [{name: value for name, value in one.factors.items() if name != "model"} for one in conditions]
@@ -163,21 +159,17 @@ class CatalogedSweep:
         return [one.id for one in runs if one.condition in like and one.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
-        """Return the ids of the runs in a mask; see `places_in`.
-
-        Raises:
-            InputError: the mask does not fit this sweep.
-        """
+        """Return the ids of the runs in a mask; see `places_in`."""
         runs = self.folder.sweep.runs
         return [runs[place].id for place in places_in(mask, len(runs))]
 
     def waiting(self) -> list[str]:
-        """Return the runs that have not ended, including those that were never checked."""
+        """Return the ids of the runs that have not ended, as far as they were checked."""
         ended = (COMPLETE, FAILED)
         return [name for name in self._places if self._standings.get(name) not in ended]
 
     def failed(self) -> list[RunSummary]:
-        """Return the summaries of failed runs among those checked so far."""
+        """Return the summaries of the failed runs among the runs that were checked so far."""
         return [one for name, (_, one) in self._summaries.items() if self._standings.get(name) == FAILED]
 
     def _standing(self, folder: RunFolder, summary: RunSummary | None, running: bool) -> str:
@@ -196,11 +188,11 @@ class CatalogedSweep:
         return [name for name in self.table.names() if name not in known]
 
     def measure(self, name: str) -> list[float | None]:
-        """Return the values of a measure, in the order of the runs; None without a value."""
+        """Return the value of a measure for each run, in the order of the runs; None if it has no value."""
         return self.table.numbers(name, list(self._places))
 
     def claimed(self) -> list[str]:
-        """Return the measures on which claims rest; they are read again after a new analysis."""
+        """Return the measures on which claims rest, from the latest analysis."""
         mark = self.table.mark
         if self._claimed[0] != mark:
             self._claimed = mark, claimed_measures(self.folder, self.measures())
@@ -235,18 +227,18 @@ class CatalogedSweep:
         }
 
     def steps_done(self, folder: RunFolder) -> int:
-        """Return the last step that has a line in a run's records."""
+        """Return the last step of a run of which at least one line is recorded."""
         lines = self._lengths.setdefault(folder.id + folder.beginning, StepLines(folder.stream_path("steps")))
         lines.grow()
         return lines.last[0]
 
     def factors(self) -> list[str]:
-        """Return the names of swept settings, except settings that are in every row."""
+        """Return the names of the swept settings that have no column of their own."""
         names = dict.fromkeys(name for one in self.folder.sweep.conditions for name in one.factors)
         return [name for name in names if name not in _OWN_COLUMNS]
 
     def _links(self) -> Iterator[dict[str, str]]:
-        """Yield the paths of the existing report, plots and tables in the sweep's folder."""
+        """Yield the report, the plots and the tables in the sweep's folder, as far as they exist."""
         found = [self.folder.report_file, *sorted(self.folder.analysis_dir.rglob("*"))]
         for path in found:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
@@ -267,26 +259,19 @@ def places_in(mask: str, runs: int) -> list[int]:
 
     Args:
         mask: URL-safe base64 with one bit per run; the highest bit of a byte is first.
-        runs: number of runs.
-
-    Raises:
-        InputError: the mask does not fit this number of runs.
+        runs: number of runs of the sweep.
     """
     try:
         content = base64.b64decode(mask, altchars=b"-_", validate=True)
     except ValueError as error:
-        raise InputError(f"'{mask[:40]}' is not a valid mask of rows: {error}.") from error
+        raise InputError(f"'{mask[:40]}' is not a valid mask of runs ({error}).") from error
     if len(content) != -(-runs // 8):
-        raise InputError(f"The mask of rows covers {8 * len(content)} runs, but this sweep has {runs}.")
+        raise InputError(f"The mask covers {8 * len(content)} runs, but this sweep has {runs}. Reload the page.")
     return [place for place in range(runs) if content[place >> 3] & 128 >> (place & 7)]
 
 
 class Catalog:
-    """Every sweep below a folder, newest first.
-
-    Args:
-        root: a sweep's folder, or a folder of sweeps.
-    """
+    """All sweeps below a folder, which may itself be a sweep's folder; the newest comes first."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -295,16 +280,11 @@ class Catalog:
 
     @property
     def unreadable(self) -> list[str]:
-        """Reasons why sweeps cannot be shown, one line each."""
+        """One line for each sweep that cannot be shown: the reason why."""
         return list(self._unreadable.values())
 
     def sweeps(self) -> list[CatalogedSweep]:
-        """Return the present sweeps.
-
-        Raises:
-            InputError: there is no sweep.
-            RecordError: no sweep can be read.
-        """
+        """Return the sweeps that can be read; raise InputError if there is none, RecordError if none can be read."""
         paths = sweeps_in(self.root)
         self._unreadable: dict[Path, str] = {}
         for path in paths:
@@ -331,7 +311,7 @@ class Catalog:
         raise not_found("Sweep", name, [sweep.id for sweep in self._kept.values()])
 
     def overview(self) -> list[dict[str, Any]]:
-        """Return one row per sweep."""
+        """Return the facts about each sweep that the list of sweeps shows."""
         return [
             {
                 "id": one.id,

@@ -1,4 +1,4 @@
-"""Finds the lines of a step in a file of JSON lines, which may be large and still growing."""
+"""Finds the lines of a step in a file of JSON lines. The file may be large, and may still grow."""
 
 import re
 import threading
@@ -8,18 +8,17 @@ from pathlib import Path
 from foundry.errors import RecordError
 
 BLOCK = 1 << 22
-"""Number of bytes that are searched at once."""
+"""Number of bytes that are read at once."""
 NEAR = 1 << 10
-"""Number of bytes after a step's first line in which its end is searched first."""
+"""The end of a step's lines is first looked for in this number of bytes after its first line."""
 _STEP = re.compile(rb'\{"step":(\d+)')
 _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
 
 
 class StepLines:
-    """The position of each step's lines in a file, in which steps never decrease. Incomplete lines are ignored.
+    """The position of the lines of each step in a file, which may not exist yet.
 
-    Attributes:
-        path: the file, which may not exist yet.
+    Steps must never decrease in the file. An incomplete last line is ignored.
     """
 
     def __init__(self, path: Path) -> None:
@@ -33,11 +32,7 @@ class StepLines:
         self._end = 0
 
     def grow(self) -> None:
-        """Read the complete lines that were written since the last call.
-
-        Raises:
-            RecordError: a line does not begin with its step.
-        """
+        """Read the lines that were completed since the last call; raise RecordError if one has no step."""
         with self._lock:
             try:
                 file = self.path.open("rb")
@@ -58,16 +53,16 @@ class StepLines:
 
     @property
     def last(self) -> tuple[int, int]:
-        """The last step with a line, and its number of lines; (0, 0) without lines."""
+        """The last step and its number of lines; (0, 0) if there are no lines."""
         return self._counted(-1)
 
     @property
     def in_first(self) -> int:
-        """Number of lines of the first step; 0 without lines."""
+        """Number of lines of the first step; 0 if there are no lines."""
         return self._counted(0)[1]
 
     def _counted(self, place: int) -> tuple[int, int]:
-        """Return the step at an index in the list of steps, and its number of lines."""
+        """Return the step at an index of the list of steps, and its number of lines."""
         with self._lock:
             if not self._steps:
                 return 0, 0
@@ -86,7 +81,7 @@ class StepLines:
             return file.read(end - start)
 
     def _index(self, block: bytes, whole: int) -> None:
-        """Add the complete lines of a block up to `whole`; the ends of steps are found by bisection."""
+        """Add the lines of a block up to byte `whole`. Bisection finds where the lines of each step end."""
         start, final = 0, self._step_at(block, block.rfind(b"\n", 0, whole - 1) + 1) if whole else 0
         while start < whole:
             step = self._step_at(block, start)
@@ -98,7 +93,7 @@ class StepLines:
         self._end += whole
 
     def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
-        """Return the end of a step's lines, between its line at `low` and `high`; search near `low` first."""
+        """Return the byte at which the lines of a step end. It has a line at byte `low`, and ends at `high` at most."""
         reach = NEAR
         while True:
             middle = min(low + reach, (low + high) // 2)
@@ -127,14 +122,14 @@ class StepLines:
 def lines_of_agent(lines: bytes, agent: int) -> list[bytes]:
     """Return the lines of one agent, in order.
 
-    A record's keys are in the order of its fields, with `step` and `agent` first. Line breaks in texts are escaped, so
-    no text can look like the beginning of a line.
+    Each line begins with its `step` and its `agent`. No text can look like the beginning of a line, because line breaks
+    in texts are escaped.
     """
     return re.findall(rb'\n(\{"step":\d+,"agent":%d,[^\n]*)' % agent, b"\n" + lines)
 
 
 def by_agent(lines: bytes) -> dict[int, list[bytes]]:
-    """Return the lines of every agent, in order."""
+    """Return the lines of each agent, in order."""
     found: dict[int, list[bytes]] = {}
     for line in lines.splitlines():
         match = _AGENT.match(line)
@@ -150,7 +145,7 @@ class DecisionLines(StepLines):
     """Lines that begin with their step and their agent.
 
     Attributes:
-        agents: number of agents so far, including those with lower ids.
+        agents: the highest id of an agent so far, plus one.
     """
 
     def _begin(self) -> None:

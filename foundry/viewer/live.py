@@ -1,4 +1,4 @@
-"""Shows a running sweep: a server in a separate process, so that viewers never slow the sweep."""
+"""Shows a sweep while it runs. The server is a process of its own, so that it never slows the sweep."""
 
 import os
 import signal
@@ -13,27 +13,19 @@ from foundry import own_code
 from foundry.errors import InputError
 
 LINGER_S = 1.0
-"""Seconds for which an open page still gets answers after the end, so that it learns of the end."""
+"""Seconds for which the server goes on after the sweep, so that an open page can show the end."""
 
 
 @contextmanager
 def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
-    """Serve a sweep's folder from another process during the block; yield the address of its page.
-
-    Args:
-        folder: the sweep's folder.
-        trusted: further packages that worlds' classes may come from, for redrawing pictures.
-
-    Raises:
-        InputError: the server cannot be started.
-    """
+    """Serve a sweep's folder from another process during the block; yield the address of the page."""
     command = [sys.executable, "-m", "foundry.viewer.live", str(folder), *trusted]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdin is not None and process.stdout is not None
     try:
         url = process.stdout.readline().strip()
         if not url:
-            raise InputError("The page of view=live cannot be served. Run without it, and use foundry view.")
+            raise InputError("The page of view=live cannot start. Run without view=live, and use foundry view.")
         yield url
     finally:
         process.stdin.close()
@@ -42,7 +34,7 @@ def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
 
 
 def main(folder: str, *trusted: str) -> None:
-    """Serve until standard input ends, that is, until the parent process ends."""
+    """Serve until standard input ends, which happens when the parent process ends."""
     from foundry.viewer.server import serving
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""Reads the table of signatures one column at a time, since it may be very large."""
+"""Reads the table of signatures by columns, because the whole table may be very large."""
 
 import csv
 import math
@@ -11,13 +11,12 @@ from foundry.texts import from_cell
 
 
 class SignatureTable:
-    """The measures of runs, one row per run; after a new analysis they are read again.
+    """The table of the measures of runs, one row per run, as the latest analysis wrote it.
 
-    Columns come from the Parquet file, which stores them separately. If it is missing or older than the CSV file, the
-    whole CSV file is read.
+    Columns are read from the Parquet file. If it is missing or older than the CSV file, the whole CSV file is read.
 
     Args:
-        file: the CSV file; the Parquet file is next to it. Both may be missing.
+        file: the CSV file, with the Parquet file beside it. Both may be missing.
     """
 
     def __init__(self, file: Path) -> None:
@@ -27,7 +26,7 @@ class SignatureTable:
 
     @property
     def mark(self) -> tuple[int, int]:
-        """A value that changes whenever the table is written; (0, 0) without a table."""
+        """A value that changes whenever the table is written; (0, 0) if there is no table."""
         try:
             found = self.file.stat()
         except FileNotFoundError:
@@ -35,7 +34,7 @@ class SignatureTable:
         return found.st_mtime_ns, found.st_size
 
     def names(self) -> list[str]:
-        """Return the names of its columns; empty without a table."""
+        """Return the names of the columns; none if there is no table."""
         try:
             with self.file.open(encoding="utf-8", newline="") as file:
                 return [from_cell(name) for name in next(csv.reader(file), [])]
@@ -43,11 +42,11 @@ class SignatureTable:
             return []
 
     def numbers(self, name: str, runs: Sequence[str]) -> list[float | None]:
-        """Return a column's numbers for the given runs, in order; None for missing values."""
+        """Return the number of each run in a column; None if it is missing."""
         return [_number(value) for value in self._values(name, runs)]
 
     def texts(self, name: str, runs: Sequence[str]) -> list[str]:
-        """Return a column's texts for the given runs, as in the CSV file; empty for missing values."""
+        """Return the text of each run in a column, as in the CSV file; "" if it is missing."""
         return ["" if value is None or value != value else str(value) for value in self._values(name, runs)]
 
     def _values(self, name: str, runs: Sequence[str]) -> list[Any]:
@@ -56,7 +55,6 @@ class SignatureTable:
         return [None if place is None else values[place] for place in places]
 
     def _places(self) -> dict[str, int]:
-        """Return the index of each run's row."""
         mark = self.mark
         if self._order[0] != mark:
             self._order = mark, {run: place for place, run in enumerate(self._column("run"))}
@@ -77,7 +75,6 @@ class SignatureTable:
             return False
 
     def _columns(self) -> dict[str, list[str]]:
-        """Return the columns of the CSV file."""
         mark = self.mark
         if self._whole[0] != mark:
             with self.file.open(encoding="utf-8", newline="") as file:

@@ -1,4 +1,4 @@
-"""The analysis of each group of runs, which a sweep's page shows above the runs."""
+"""The results of the analysis for each group of runs, which the page of a sweep shows above its runs."""
 
 import csv
 from collections.abc import Sequence
@@ -16,18 +16,17 @@ from foundry.viewer.signature_table import SignatureTable
 
 _T = TypeVar("_T")
 NO_BEHAVIOUR = ("failure", "cost")
-"""Signatures of the cost of a run, not of agents' behaviour."""
+"""Signatures that describe failures and cost, not the behaviour of agents."""
 _OF_THE_MEASURE = ("measure", "baseline", "runs", "n", "mean", "sd", "low", "high", "interval", "note", "filter")
 
 
 class Group(msgspec.Struct):
-    """Runs that the analysis compared with other groups.
+    """A group of runs that the analysis compared with other groups.
 
     Attributes:
-        values: values that define the group, one text per column.
-        baseline: whether it contains scripted runs, which are in a sweep beside this sweep.
-        measures: for each measure the mean, the ends of its interval and the number of seeds; None for a missing
-            measure.
+        values: values that the runs of the group share, one text per column, as in a model and a world.
+        baseline: whether its runs are scripted baselines, which are in a sweep of their own.
+        measures: mean, lower and upper end of the interval, and number of seeds, by measure; None if not computed.
     """
 
     values: list[str]
@@ -36,7 +35,7 @@ class Group(msgspec.Struct):
 
 
 class Moment(msgspec.Struct):
-    """A question that two runs decided differently, from `findings.json`."""
+    """A question that two runs decided differently (an entry of `findings.json`)."""
 
     level_run: str
     reference_run: str
@@ -46,7 +45,7 @@ class Moment(msgspec.Struct):
 
 
 class Finding(msgspec.Struct):
-    """A finding of the analysis, from `findings.json`."""
+    """A finding of the analysis (an entry of `findings.json`)."""
 
     sentence: str
     measure: str
@@ -56,23 +55,21 @@ class Finding(msgspec.Struct):
 
 
 class _Overview(msgspec.Struct):
-    """The content of `overview.json`."""
-
     matrix: dict[str, Any] | None = None
     furthest: list[dict[str, Any]] = msgspec.field(default_factory=list)
 
 
 class Summary(msgspec.Struct):
-    """The groups of a sweep.
+    """The groups of a sweep, and the findings about them.
 
     Attributes:
-        columns: names of the values that define groups.
-        groups: in the order of the analysis.
-        group_of: index in `groups` of each run of the sweep; None for runs that were not analysed.
+        columns: names of the values that define a group.
+        groups: the groups, in the order of the analysis.
+        group_of: for each run of the sweep, the index of its group; None if the run was not analysed.
         part: the part of the runs that was analysed; "" for all runs.
-        findings: the findings, the most important first, with moments in this sweep's runs only.
-        matrix: models by worlds, from `overview.json`; None if it was not written.
-        furthest: runs of this sweep that are far from their group, from `overview.json`.
+        findings: the findings, the most important first. Their moments are only those of runs of this sweep.
+        matrix: the table of models by worlds in `overview.json`, or None.
+        furthest: the runs of this sweep that `overview.json` lists as far from the mean of their group.
     """
 
     columns: list[str] = msgspec.field(default_factory=list)
@@ -85,16 +82,10 @@ class Summary(msgspec.Struct):
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
-    """Return the measures on which claims rest: the declared ones, else those of the contrasts, else one per signature.
+    """Return the measures, out of all measures, on which claims rest; measures of success come first.
 
-    Measures of success come first.
-
-    Args:
-        sweep: the sweep.
-        measures: all measures.
-
-    Raises:
-        RecordError: the declaration cannot be read.
+    They are the measures that were declared. Without a declaration, they are the headline measures of the contrasts;
+    without contrasts, the first measure of each signature.
     """
     planned = preregistration_of(sweep.path)
     if planned is not None:
@@ -107,13 +98,12 @@ def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
 
 
 def _first_of_each_signature(measures: Sequence[str]) -> list[str]:
-    """Return each signature's first measure, which represents it."""
     first = {name.partition(".")[0]: name for name in reversed(measures)}
     return [name for signature, name in reversed(first.items()) if signature not in NO_BEHAVIOUR]
 
 
 def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTable) -> Summary:
-    """Return the groups of the analysis with the given measures; empty without an analysis."""
+    """Return the groups of the analysis with these measures; no group if there is no analysis."""
     rows = _rows(sweep.analysis_dir / "comparison.csv")
     if not rows:
         return Summary()
@@ -141,17 +131,17 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
 
 
 def _written(path: Path, kind: type[_T]) -> _T | None:
-    """Return the content of an analysis file, or None if it was not written."""
+    """Return the content of a file of the analysis, or None if there is no such file."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=kind)
     except FileNotFoundError:
         return None
     except NOT_JSON as error:
-        raise RecordError(f"{path} cannot be read ({error}). Run foundry analyze again.") from error
+        raise RecordError(f"{path} cannot be read ({error}). Use foundry analyze to write it again.") from error
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table of the analysis; empty if it was not written."""
+    """Return the rows of a table of the analysis; none if there is no such file."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             reader = csv.DictReader(file, restval="")

@@ -1,4 +1,4 @@
-"""The present state of a sweep: its open runs, remaining calls, and failures with causes."""
+"""The present state of a sweep: its open runs, the number of calls to come, and the causes of failures."""
 
 import time
 from collections import Counter, defaultdict
@@ -9,7 +9,7 @@ from typing import Any
 from foundry.viewer.catalog import CatalogedSweep, opened_in
 
 OPEN_SHOWN, CAUSES, NAMED = 200, 50, 5
-"""Maximum numbers of open runs, of causes of failures, and of failed runs for each cause."""
+"""Maximum number of open runs, of causes of failures, and of failed runs per cause that the page lists."""
 _COUNTS = ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
 
 
@@ -20,9 +20,9 @@ class _Reported:
     Attributes:
         workers: number of workers.
         opened: ids of the open runs.
-        counts: number of calls so far, by open run.
+        counts: number of calls so far and other counts, by open run.
         most: maximum number of calls, by run.
-        tallies: counts of this session, by model.
+        tallies: counts since the command began, by model.
     """
 
     workers: int
@@ -37,11 +37,7 @@ class _Reported:
 
 
 def underway(sweep: CatalogedSweep) -> dict[str, Any]:
-    """Return the content of `sweep/<sweep>/underway`; see `foundry/viewer/README.md`.
-
-    Raises:
-        RecordError: a run's summary cannot be read.
-    """
+    """Return the content of `sweep/<sweep>/underway`; see `foundry/viewer/README.md`."""
     reports = sweep.folder.progress()
     found = _reported(sweep, reports)
     counts = sweep.look_further(set(found.opened))
@@ -98,10 +94,10 @@ def _open_run(sweep: CatalogedSweep, run: str, found: _Reported) -> dict[str, An
 
 
 def _calls_left(sweep: CatalogedSweep, found: _Reported) -> dict[str, float | None]:
-    """Return the number of remaining calls for each model with runs that have not ended; None if unknown.
+    """Estimate the number of calls to come for each model that has runs to finish; None if nothing is known.
 
-    Open runs are expected to make their maximum number of calls, other runs as many as ended runs made. If no run of a
-    model has ended, its other runs are expected to make as many calls as its open runs.
+    Each open run is taken to make its maximum number of calls. Each waiting run is taken to make as many calls as the
+    ended runs of its model on average; if none has ended, as many as its open runs.
     """
     left: dict[str, float | None] = {}
     for model, runs in Counter(sweep.models[run] for run in sweep.waiting()).items():
@@ -120,7 +116,7 @@ def _calls_left(sweep: CatalogedSweep, found: _Reported) -> dict[str, float | No
 
 
 def _failures(sweep: CatalogedSweep) -> list[dict[str, Any]]:
-    """Return the causes of failures, the most frequent first, each with some of its runs."""
+    """Return the causes of failures with some runs for each; the most frequent cause comes first."""
     found: dict[tuple[str | None, str | None], list[str]] = defaultdict(list)
     for one in sweep.failed():
         found[one.error_type, one.error].append(one.run)

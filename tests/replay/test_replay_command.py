@@ -99,7 +99,7 @@ def test_an_svg_of_a_3d_run_shows_its_steps(camera_runs: list[RunFolder], worksp
     [
         (("--video", "x.avi"), "Kind of film '.avi' not found"),
         (("--video", "nowhere/x.mp4"), "there is no folder 'nowhere'"),
-        (("--video", "x.gif", "--fps", "0"), "--fps 0 is not above 0"),
+        (("--video", "x.gif", "--fps", "0"), "--fps must be above 0"),
         (("--steps", "1-900"), "there is no step 900"),
     ],
 )
@@ -152,7 +152,7 @@ def test_pictures_that_grow_are_fitted_into_the_first_ones_size(workspace: Path,
     [
         ("Bar", (), "the recorded target 'made_up_rounds.Bar' is refused"),
         ("Undrawn", TRUST, "World 'bar' cannot redraw its runs: add a method `redraw` to its Scenario."),
-        ("Spoilt", TRUST, "cannot draw run"),
+        ("Spoilt", TRUST, "cannot redraw run"),
     ],
 )
 def test_what_cannot_be_drawn_is_said_in_one_line(workspace: Path, world: str, arguments: tuple[str, ...], said: str):

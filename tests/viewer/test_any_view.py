@@ -215,7 +215,7 @@ def test_kept_pictures_need_no_world(bar: SweepFolder, tmp_path: Path):
     ("world", "said"),
     [
         ("Undrawn", "World 'bar' cannot redraw its runs: add a method `redraw` to its Scenario."),
-        ("Spoilt", r"World 'bar' cannot draw run '.*' again \(KeyError: 'seat'\)."),
+        ("Spoilt", r"World 'bar' cannot redraw run '.*' \(KeyError: 'seat'\)."),
     ],
 )
 def test_a_world_that_draws_nothing_is_told_in_one_line(tmp_path: Path, world: str, said: str):
