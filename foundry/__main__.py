@@ -5,7 +5,7 @@ import signal
 
 
 def main() -> None:
-    """Run the command line and exit; the user may interrupt it while it is loading."""
+    """Run the command line and exit; if the user presses Ctrl-C while it loads, exit with one line."""
     is_heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if is_heeded:
         signal.signal(signal.SIGINT, _end)

@@ -37,7 +37,7 @@ from foundry.texts import WithoutSecrets, one_line
 COMPLETE = "_FOUNDRY_COMPLETE"
 """The environment variable by which a shell asks for completions."""
 _UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
-"""Typer's error for an invalid command line; it has no public name."""
+"""Typer's error for an invalid command line, which has no public name."""
 RENAMED = {
     "power": "plan --pilot DIR",
     "label --human": "play DIR --label NAME",
@@ -50,7 +50,7 @@ RENAMED = {
     "threshold": "-m +sweep=critical_mass model=MODEL",
     "fetch": "status URL --fetch DIR",
 }
-"""Commands of earlier versions, and their replacements."""
+"""The present command for each command of version 0.1."""
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 """Error numbers of a disk that is full or no longer writable."""
 
@@ -94,7 +94,7 @@ def _run(argv: Sequence[str]) -> int:
 
 
 def _in_the_way(error: ImportError) -> FoundryError:
-    """Return the error for a foreign package that has the name of one of foundry's packages."""
+    """Return the error that explains which foreign package has the name of foundry's package `analysis`."""
     from foundry.own_code import ours
 
     try:
@@ -105,26 +105,21 @@ def _in_the_way(error: ImportError) -> FoundryError:
 
 
 def _is_typer(argv: Sequence[str]) -> bool:
-    """Return whether Typer reads this command line; reject a word that is neither a command nor an override."""
+    """Return whether Typer reads this command line, and not Hydra; reject what is neither a command nor an override."""
     if COMPLETE in os.environ:
         return True
     first = argv[0] if argv else ""
     names = [_name_of(command) for command in app.registered_commands]
-    _check_name(first, argv)
-    if first in names or first in ("--help", "-h", "--version", "--install-completion", "--show-completion"):
-        return True
-    if first and not first.startswith(("-", "~")) and "=" not in first:
-        raise not_found("Command", first, names, "An override has the form key=value.")
-    return False
-
-
-def _check_name(first: str, argv: Sequence[str]) -> None:
-    """Reject a command of an earlier version; the error names its replacement."""
     options = {argument.partition("=")[0] for argument in argv}
     for old, new in RENAMED.items():
         command, *flags = old.split()
         if command == first and options.issuperset(flags):
             raise InputError(f"'foundry {old}' is now: foundry {new}")
+    if first in names or first in ("--help", "-h", "--version", "--install-completion", "--show-completion"):
+        return True
+    if first and not first.startswith(("-", "~")) and "=" not in first:
+        raise not_found("Command", first, names, "Overrides have the form key=value.")
+    return False
 
 
 def _name_of(command: CommandInfo) -> str:
@@ -133,7 +128,7 @@ def _name_of(command: CommandInfo) -> str:
 
 @cache
 def _reader(first: str) -> Any:
-    """Return the reader of a command line, for its command only, since preparing all commands takes long."""
+    """Return Typer's reader for one command, since a reader for all commands takes long to make."""
     alone = copy(app)
     named = [command for command in app.registered_commands if _name_of(command) == first]
     alone.registered_commands = named or app.registered_commands
@@ -141,7 +136,7 @@ def _reader(first: str) -> Any:
 
 
 def _run_app(argv: Sequence[str]) -> int:
-    """Let Typer read a command line, and return the exit code."""
+
     arguments = ["--help" if argument == "-h" else argument for argument in argv]
     try:
         reader = _reader(arguments[0] if arguments else "")

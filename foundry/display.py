@@ -1,4 +1,4 @@
-"""Shows sweeps on a terminal: progress bars, and tables of plans, status, models and comparisons."""
+"""Shows sweeps on a terminal: progress bars, and tables of plans, progress and models."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 
 
 class ProgressDisplay:
-    """Shows a sweep's progress: bars on a terminal, an occasional line elsewhere.
+    """Shows the progress of a sweep: bars on a terminal, a line every ten seconds elsewhere.
 
-    Bars count calls. The time left is for the calls that will probably be sent, because the cache lacks their answers.
+    Bars count calls. The time left is for the calls whose answers are probably not in the cache.
     """
 
     def __init__(
@@ -48,13 +48,13 @@ class ProgressDisplay:
         each_run: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Take the settings without showing anything.
+        """Prepare the bars without showing them.
 
         Args:
             folder: the sweep.
-            console: target of the output.
-            each_run: whether to print a line for each ended run.
-            clock: time in seconds.
+            console: where to print.
+            each_run: whether to print a line for each run that ends.
+            clock: function that returns the time, seconds.
         """
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -113,7 +113,7 @@ class ProgressDisplay:
             self._bars.stop()
 
     def look(self) -> dict[str, Totals]:
-        """Read the reports of the workers, update the speed, and return the totals by model."""
+        """Read the reports of the workers, update the bars, and return the totals of each model."""
         totals, now = self._progress.by_model(), self._clock()
         for name, speed in self._speeds.items():
             speed.note(totals[name], now)
@@ -121,7 +121,7 @@ class ProgressDisplay:
         return totals
 
     def left_s(self, totals: Mapping[str, Totals]) -> float | None:
-        """Return the remaining seconds of the whole sweep; None if it is too early."""
+        """Return the estimated seconds until the sweep ends; None if it is too early to tell."""
         left = self._left_by_model(totals)
         return sum(left.values()) if len(left) == len(totals) else None
 
@@ -131,7 +131,7 @@ class ProgressDisplay:
         return left_s(self._speeds, totals, self._progress.free)
 
     def line(self, totals: Mapping[str, Totals]) -> str:
-        """Return one line for a log: about each running model, or about all models if none is running."""
+        """Return one line for a log, with the progress of each running model, or of all models if none is running."""
         shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
         parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
         return f"[{_duration(self._clock() - self._started)}] " + "; ".join(
@@ -139,14 +139,14 @@ class ProgressDisplay:
         )
 
     def told(self, name: str, totals: Totals) -> list[str]:
-        """Return the text next to a model's bar."""
+        """Return the texts beside a model's bar: its speed, and its numbers of cached, retried and failed calls."""
         parts = self._going(name, totals) if totals.ended < totals.runs else [f"{totals.calls:,} calls"]
         parts += [f"{totals.cached:,} cached"] if totals.cached else []
         parts += [f"{totals.retries:,} retries"] if totals.retries else []
         return parts + ([f"{totals.failed} failed"] if totals.failed else [])
 
     def _going(self, name: str, totals: Totals) -> list[str]:
-        """Return the speed of a running model."""
+
         if totals.begun and not totals.calls:
             return ["no reply yet"]
         per_s = self._speeds[name].calls_per_s
@@ -167,7 +167,7 @@ class ProgressDisplay:
             self._bars.refresh()
 
     def _tell_ended(self) -> None:
-        """Print a line for each run that ended since the last call, including failed runs that were played again."""
+        """Print a line for each run that ended since this was last called; a failed run may be played again and end."""
         looked = [(run, before, run.summary() if run.ended else None) for run, before in self._untold]
         self._untold = [(run, before) for run, before, now in looked if now in (None, before)]
         for _, before, now in looked:
@@ -199,7 +199,7 @@ def _ended_line(ended: RunSummary) -> str:
 
 
 def _left(seconds: float | None) -> str:
-    """Return the time that is left; "" if it is too early or all is done."""
+
     return f"{_duration(seconds)} left" if seconds else ""
 
 
@@ -216,7 +216,7 @@ def _duration(seconds: float) -> str:
 
 
 def plan_table(planned: Sequence[PlannedRun]) -> Table:
-    """Return the table of a plan, one row per condition, new runs first."""
+    """Return the table of a plan, with a row for each condition; conditions with new runs come first."""
     table = _table("model", "prompt", "world", "seeds", "calls", "cached", "to send", "state")
     groups: dict[tuple[bool, int], list[PlannedRun]] = defaultdict(list)
     for planned_run in planned:
@@ -234,7 +234,7 @@ def plan_table(planned: Sequence[PlannedRun]) -> Table:
 
 
 def runs_table(planned: Sequence[PlannedRun]) -> Table:
-    """Return the table of a plan, one row per run."""
+    """Return the table of a plan, with a row for each run."""
     table = _table("run", "calls", "cached", "to send", "state")
     for each in planned:
         cached = "?" if each.cached is None else f"{each.cached:,}"
@@ -244,9 +244,9 @@ def runs_table(planned: Sequence[PlannedRun]) -> Table:
 
 
 def status_table(found: Sequence[Standing]) -> Table:
-    """Return the table of a sweep's progress by model.
+    """Return the table of a sweep's progress, with a row for each model.
 
-    It shows the share of prompt tokens from servers' prompt caches, if reported.
+    If servers report it, the table has the share of prompt tokens that they had in their own caches.
     """
     has_prompt_cache = any(one.prompt_cache is not None for one in found)
     table = _table("model", *_COUNTS, *([REUSED] if has_prompt_cache else []))
@@ -258,9 +258,9 @@ def status_table(found: Sequence[Standing]) -> Table:
 
 
 def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
-    """Return the number of complete runs, their time, their calls and their folder, in one line.
+    """Return a line with the number of complete runs, their folder, their time and their calls.
 
-    The time is left out if the runs were interrupted.
+    If the runs were interrupted, the time is left out.
     """
     ended = [summary for summary in summaries if summary is not None]
     complete = sum(summary.status == "complete" for summary in ended)
@@ -276,11 +276,11 @@ def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
 
 
 def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]:
-    """Return one line per cause of failure, with its runs.
+    """Return a line for each cause of failure, with the runs that failed for it.
 
     Args:
-        failed: failed runs.
-        most: maximum number of causes, and of runs per cause; None for all.
+        failed: the failed runs.
+        most: maximum number of causes, and of runs that are named for a cause; None for all.
     """
     by_cause: dict[str, list[str]] = {}
     for failure in failed:
@@ -301,7 +301,7 @@ def _one_line(text: str | None) -> str:
 
 
 def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:
-    """Return a table of texts."""
+    """Return a table with these rows below the names of its columns."""
     table = _table(*columns)
     for row in rows:
         table.add_row(*row)
@@ -309,7 +309,7 @@ def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:
 
 
 def models_table(models: Sequence[Any]) -> Table:
-    """Return the table of the models a server has."""
+    """Return a table of the models that a server has."""
     table = _table("model", "digest", "size", "parameters", "quantization", "context", "capabilities", "loaded")
     for one in models:
         table.add_row(
@@ -321,7 +321,7 @@ def models_table(models: Sequence[Any]) -> Table:
 
 
 class _PlainTable(Table):
-    """A table with plain text in its cells: no markup, no control characters for the terminal."""
+    """A table that shows the texts of its cells as they are; control characters are escaped."""
 
     def add_row(self, *cells: Any, **options: Any) -> None:
         super().add_row(*(Text(visible(str(cell))) for cell in cells), **options)

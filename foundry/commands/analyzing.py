@@ -33,39 +33,44 @@ from foundry.commands.showing import analyze_and_print, analyze_and_show, probe_
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines, sweep_reach
 from foundry.composing.settings import UNTIL
 from foundry.errors import InputError
-from foundry.expansion import expand
+from foundry.expansion import Sweep, expand
+from foundry.storing.preregistration import (
+    PREREGISTRATION_FILE,
+    Preregistration,
+    check_before_runs,
+    conditions_of,
+    holders_of,
+    write_preregistration,
+)
+from foundry.storing.store import fresh_folder
+from foundry.version import __version__
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
-    from foundry.expansion import Sweep
     from foundry.models.base import ModelInfo
     from foundry.probing.composing import Probe
-    from foundry.storing.preregistration import Preregistration
 
 
 class Labeller(StrEnum):
-    """Who labels warnings."""
+    """The source of the labels that say which messages are warnings."""
 
     RULE = "rule"
     MODEL = "model"
 
 
-WhoLabels = Annotated[Labeller, typer.Option(help="Labeller of warnings: the rule, or the model of foundry label.")]
+WhoLabels = Annotated[Labeller, typer.Option(help="Find warnings by the rule, or by the labels of foundry label.")]
 Family = Annotated[
-    list[str] | None,
-    typer.Option(help="A measure that claims rest on; in a probe, a model or an edit. You can give it several times."),
+    list[str] | None, typer.Option(help="A measure to test; in a probe, a model or an edit. Can be repeated.")
 ]
 Margins = Annotated[
     list[str] | None,
-    typer.Option(help="MEASURE=SIZE: smaller differences do not matter; choose the size beforehand."),
+    typer.Option(help="MEASURE=SIZE: smaller differences do not matter. Choose the size before you see the data."),
 ]
-
-
 Only = Annotated[
     list[str] | None,
     typer.Option(
-        help="KEY=VALUE,...: only these runs, such as model=a,b or seed=0-9; in a probe also edit=no_fire. You can "
-        "give it several times."
+        help="KEY=VALUE,...: only these runs, such as model=a,b or seed=0-9; in a probe also edit=no_fire. Can be "
+        "repeated."
     ),
 ]
 Without = Annotated[
@@ -77,7 +82,7 @@ Without = Annotated[
 def analyze(
     folders: Folders,
     baselines: Annotated[
-        bool, typer.Option("--baselines", help="First run the scripted baselines on the same worlds and seeds.")
+        bool, typer.Option("--baselines", help="First play scripted baselines in the same worlds, with the same seeds.")
     ] = False,
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
@@ -85,10 +90,10 @@ def analyze(
     only: Only = None,
     without: Without = None,
     plots: Annotated[
-        bool, typer.Option("--plots", help="Also write every figure as SVG, PDF, PNG and data into analysis/plots.")
+        bool, typer.Option("--plots", help="Also write each figure as SVG, PDF, PNG and data into analysis/plots.")
     ] = False,
     columns: Annotated[
-        int, typer.Option(min=1, max=2, help="With --plots: width of a figure in columns of a paper.")
+        int, typer.Option(min=1, max=2, help="With --plots: width of the figures, in columns of a paper.")
     ] = 1,
     json: AsJson = False,
     trust_targets: Trusted = None,
@@ -96,7 +101,7 @@ def analyze(
 ) -> None:
     """Measure every run, and compare models, prompts and settings.
 
-    Claims rest on declared measures. Without a declaration, all findings are exploratory.
+    Declare the measures that your claims need (--family). Without a declaration, all findings are exploratory.
     """
     margins = margins_of(margin or [])
     if baselines:
@@ -119,7 +124,7 @@ def analyze(
 def _check_before_baselines(
     folders: Sequence[Path], family: Sequence[str] | None, margins: Mapping[str, float]
 ) -> None:
-    """Reject measures that do not exist, before the baselines are run."""
+    """Reject measures that do not exist now, since the baselines take time."""
     from analysis.pipeline import check_declared, opened
 
     if probe_in(folders, {}) is None:
@@ -133,36 +138,32 @@ def preregister(
     margin: Margins = None,
     widest: Annotated[
         list[str] | None,
-        typer.Option(help="MEASURE=SIZE: the largest difference of any seed, for a measure with --margin."),
+        typer.Option(help="MEASURE=SIZE: the largest difference that a seed can have, for a measure with --margin."),
     ] = None,
     looks: Annotated[
         str,
-        typer.Option(
-            help="Looks: the numbers of seeds at which you test, such as 8,12,18; default: once, with all seeds."
-        ),
+        typer.Option(help="Test each time that so many seeds are played, such as 8,12,18; default: once, at the end."),
     ] = "",
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Declare a study before its runs: measures and looks.
+    """Declare a study before its runs: which measures you test, and after how many seeds.
 
-    Writes preregistration.yaml into the sweep's folder and prints its hash. Takes the overrides of foundry:
+    Writes preregistration.yaml into the sweep's folder and prints its hash. Takes the same overrides as foundry:
 
     foundry preregister -m model=a,b seed=0-33 --family idle_rate.chosen --looks 8,12,18,26,34
 
-    Before a probe, takes the arguments of foundry probe, and declares models or edits:
+    Before a probe, takes the same arguments as foundry probe, and declares models or edits:
 
     foundry preregister outputs/pilot -m model=a,b edit=no_fire --family no_fire
     """
     from foundry.composing.preparing import OUTPUTS
-    from foundry.storing.preregistration import check_before_runs, write_preregistration
-    from foundry.storing.store import fresh_folder
 
     sweeps, arguments = folders_first(given(overrides, config_dir))
     if sweeps:
         if margin or widest or looks:
-            raise InputError("A probe has no margins and no looks. Leave out --margin, --widest and --looks.")
+            raise InputError("A probe has no margins and no interim looks. Leave out --margin, --widest and --looks.")
         probe = composed_probe(sweeps, arguments, trust_targets or (), trust_servers)
         if probe is not None:
             _preregister_probe(probe, " ".join([*map(str, sweeps), *arguments]), family or [])
@@ -183,23 +184,16 @@ def preregister(
     if reach is not None:
         print(reach.line())
     if plan.known:
-        print(f"{plan.known}; ask for seeds that nobody has seen: seed={_unseen(composed, plan.seeds, places)}")
+        print(f"{plan.known}; these seeds are still unseen: seed={_unseen(composed, plan.seeds, places)}")
     more = "" if asked else f" output.dir={folder}"
     until = "" if composed.settings[UNTIL] else f" {UNTIL}=answered"
     print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}{until}")
 
 
 def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None:
-    """Declare, before a probe, which models and edits are compared; print the hash of the plan."""
+
     from analysis.probes.probe_declaring import declared_probe
     from foundry.composing.preparing import OUTPUTS
-    from foundry.storing.preregistration import (
-        PREREGISTRATION_FILE,
-        check_before_runs,
-        conditions_of,
-        write_preregistration,
-    )
-    from foundry.storing.store import fresh_folder
 
     asked = probe.composed.settings["output"]["dir"]
     if asked:
@@ -212,27 +206,26 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
     print(f"{write_preregistration(folder, plan)}  {folder / PREREGISTRATION_FILE}")
     tests = " and ".join(f"{count} of {what}" for what, count in plan.tests.items())
-    print(f"{len(plan.seeds)} seeds, tests: {tests}")
+    print(f"{len(plan.seeds)} seeds; tests: {tests}")
     if note:
         print(note)
     if plan.known:
-        print(f"{plan.known}; ask in other moments: another moments_seed, or another sweep")
+        print(f"{plan.known}; to ask in other moments, set another moments_seed or name another sweep")
     more = "" if asked else f" output.dir={folder}"
     print(f"Deposit this hash elsewhere, then: foundry probe {command}{more}")
 
 
 def _places(asked: str | None) -> set[Path]:
-    """Return the folders that may be sweeps with runs of a new sweep: next to its folder, and in the usual place."""
+    """Return the folders in outputs/ and beside the new sweep's folder, which may be sweeps with the same runs."""
     from foundry.composing.preparing import OUTPUTS
 
     return {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}
 
 
 def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:
-    """Return the declaration of a sweep, and the reason why its servers did not report their weights, or ""."""
+    """Return a plan, and the reason why servers did not report their weights ("" if they did)."""
     from analysis.planned.declaring import declared
     from foundry.composing.preflight import declare
-    from foundry.storing.preregistration import conditions_of
 
     sweep = declare(composed.sweep)
     circumstances, note = _circumstances(composed, sweep, places)
@@ -241,10 +234,9 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
 
 
 def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple[dict[str, Any], str]:
-    """Return the facts that a plan records, and the reason why servers did not report their weights, or ""."""
+    """Return the facts that a plan records, and why servers did not report their weights ("" if they did)."""
     from foundry import provenance
     from foundry.composing.preparing import model_lines
-    from foundry.version import __version__
 
     infos, note = known_models(sweep)
     answers, holders = _known(composed, sweep, infos, places)
@@ -262,9 +254,8 @@ def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple
 def _known(
     composed: Composed, sweep: Sweep, infos: dict[str, ModelInfo], places: Set[Path]
 ) -> tuple[int | None, list[str]]:
-    """Return how many answers of the runs are cached (None if unknown), and which analysed sweeps have such runs."""
+    """Return how many of the sweep's answers are cached (None if unknown), and which analysed sweeps have its runs."""
     from foundry.composing.planning import plan as plan_runs
-    from foundry.storing.preregistration import holders_of
 
     planned = plan_runs(sweep, infos, existing_answers(composed), {})
     counts = [one.cached for one in planned]
@@ -274,7 +265,7 @@ def _known(
 
 
 def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
-    """Return the next range of this many seeds without a run in the cache or in an analysed sweep."""
+    """Return the next seeds, as many as given, that have runs neither in the cache nor in an analysed sweep."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
         sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])
@@ -285,18 +276,17 @@ def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
 
 def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> None:
     from analysis.planned.declaring import never_the_same, out_of_reach
-    from foundry.storing.preregistration import PREREGISTRATION_FILE
 
     tests = " and ".join(f"{plan.pairs[factor]} ({factor}) with {count} tests" for factor, count in plan.tests.items())
     looks = ", ".join(f"{one.seeds} (level {one.alpha:.2g})" for one in plan.looks)
     print(f"{sha256}  {folder / PREREGISTRATION_FILE}")
-    print(f"{len(plan.seeds)} seeds, pairs: {tests}; looks at {looks}")
+    print(f"{len(plan.seeds)} seeds; pairs: {tests}; looks at {looks}")
     for line in [*out_of_reach(plan), *never_the_same(plan), *filter(None, [note])]:
         print(line)
 
 
 def looks_of(text: str) -> list[int]:
-    """Return the number of seeds at each look."""
+    """Return the number of seeds at each interim look, given as in "8,12,18"."""
     try:
         return [int(one) for one in text.split(",") if text]
     except ValueError:
@@ -304,12 +294,12 @@ def looks_of(text: str) -> list[int]:
 
 
 def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, float]:
-    """Return the margins that an option gives, by measure."""
+    """Return the sizes by measure, given an option's texts of the form MEASURE=SIZE."""
     margins = {}
     for text in texts:
         measure, _, size = text.rpartition("=")
         if measure in margins:
-            raise InputError(f"{option} {measure} is given twice: give it once for each measure.")
+            raise InputError(f"{option} names the measure {measure} twice. Name each measure once.")
         try:
             margins[measure] = float(size)
         except ValueError:

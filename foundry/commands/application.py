@@ -8,18 +8,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
+import msgspec
 import typer
 from typer.core import TyperGroup
 
 from foundry.errors import InputError
+from foundry.own_code import use
 from foundry.texts import visible
 from foundry.version import __version__
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+T = TypeVar("T")
 EXIT_OK, EXIT_INPUT, EXIT_FAILED, EXIT_INTERRUPTED = 0, 2, 3, 130
 
 _HELP = """Compare language models in the same small worlds, with the same seeds and prompts.
@@ -38,10 +41,9 @@ RUN, LOOK, TRUST, EXTEND = "Run", "Look", "Trust", "Extend"
 
 
 class _Grouped(TyperGroup):
-    """Lists the commands by their groups, as plain text."""
+    """Lists the commands by group in `foundry --help`, as plain text."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands of each group and their first lines."""
         width = max(map(len, self.commands))
         for group in (RUN, LOOK, TRUST, EXTEND):
             lines = [
@@ -64,57 +66,42 @@ app = typer.Typer(
 FILE_WIDTH = 200
 """Width of a table that is written to a file or a pipe, characters."""
 OVERRIDES = {"ignore_unknown_options": True}
-"""For commands that take the arguments of `foundry`; Hydra's own flags may be among the overrides."""
+"""For commands that take the same overrides as `foundry`, among them flags of Hydra."""
 
 
-def _folder_text(text: str) -> str:
+def folder_text(text: str) -> str:
+    """Return the folder of a sweep, given as DIR or as output.dir=DIR."""
     return text.removeprefix("output.dir=")
 
 
-def _folder(text: str) -> Path:
-    return Path(_folder_text(text))
+def folder_path(text: str) -> Path:
+    """Return the path of a sweep's folder, given as DIR or as output.dir=DIR."""
+    return Path(folder_text(text))
 
 
 def folder_argument(help: str, metavar: str = "DIR") -> Any:
-    """Return an argument for a sweep's folder, which may be given as output.dir=DIR."""
-    return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False)
-
-
-def folder_text(help: str) -> Any:
-    """Return an argument for a sweep's folder or a URL, as a text, since `Path` would change a URL."""
-    return typer.Argument(help=help, metavar="DIR|URL", parser=_folder_text, show_default=False)
-
-
-def folder_option(help: str) -> Any:
-    """Return an option for a sweep's folder, which may be given as output.dir=DIR."""
-    return typer.Option(help=help, metavar="DIR", parser=_folder, show_default=False)
+    """Return an argument for a sweep's folder, which users may also write as output.dir=DIR."""
+    return typer.Argument(help=help, metavar=metavar, parser=folder_path)
 
 
 Folder = Annotated[Path, folder_argument("A sweep's folder, or output.dir=DIR.")]
-Folders = Annotated[list[Path], folder_argument("Sweeps' folders.", "DIR")]
+Folders = Annotated[list[Path], folder_argument("Sweeps' folders.")]
 OneRun = Annotated[Path, folder_argument("A run's folder: DIR/runs/<run>.", "RUN")]
 Overrides = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="OVERRIDES",
-        help="Overrides as for `foundry`: -m, key=value, ...",
-        show_default=False,
-    ),
+    typer.Argument(metavar="OVERRIDES", help="Overrides as for `foundry`: -m, key=value, ..."),
 ]
 
 Trusted = Annotated[
     list[str] | None,
     typer.Option(
         "--trust-targets",
-        help="Also build the recorded classes of this package; default: FOUNDRY_TRUST_TARGETS.",
-        show_default=False,
+        help="Also use classes of this package if a record names them; default: FOUNDRY_TRUST_TARGETS.",
     ),
 ]
 
 
 def _use(folders: list[Path] | None) -> list[Path]:
-    """Make a user's own folders known before the command begins."""
-    from foundry.own_code import use
 
     for folder in folders or ():
         if not folder.is_dir():
@@ -125,30 +112,26 @@ def _use(folders: list[Path] | None) -> list[Path]:
 
 Mine = Annotated[
     list[Path] | None,
-    typer.Option(
-        "--config-dir", "-cd", help="A folder with your parts and their code.", callback=_use,
-        show_default=False,
-    ),
-]  # fmt: skip
-"""The option for every command that may import a user's code; the callback registers the folders."""
+    typer.Option("--config-dir", "-cd", help="A folder with your own parts.", callback=_use),
+]
+"""The option of every command that may import the user's code; its callback registers the folders of this code."""
 
 
 def given(overrides: list[str] | None, folders: list[Path] | None) -> list[str]:
-    """Return overrides and a user's own folders in the form of a command line."""
+    """Return a command line with these overrides, and with --config-dir for each of the user's folders."""
     return [*(overrides or ()), *(part for folder in folders or () for part in ("--config-dir", str(folder)))]
 
 
 TrustedServers = Annotated[
-    bool, typer.Option("--trust-servers", help="Also send your keys to recorded servers, and use a recorded cluster.")
+    bool,
+    typer.Option("--trust-servers", help="Use the servers and the cluster that a record names, also with your keys."),
 ]
-Noted = Annotated[
-    bool, typer.Option("--notes", help="Include the notes of people on runs and moments; default: leave them out.")
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object only; messages go to the standard error.")]
+Noted = Annotated[bool, typer.Option("--notes", help="Include the notes that people wrote about runs and moments.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print only one JSON object; messages go to standard error.")]
 
 
 class Loudness(IntEnum):
-    """How much a command prints besides its result."""
+    """The amount of text that a command prints besides its result."""
 
     QUIET = -1
     NORMAL = 0
@@ -161,11 +144,11 @@ _loudness: ContextVar[Loudness] = ContextVar("loudness", default=Loudness.NORMAL
 
 @contextlib.contextmanager
 def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
-    """Set the loudness by `-q` or `-v`, anywhere before a `--`; return the command line without these flags."""
+    """Set the loudness by `-q` or `-v`, which may stand anywhere before `--`; yield the command line without them."""
     end = argv.index("--") if "--" in argv else len(argv)
     levels = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
     if len(levels) > 1:
-        raise InputError("-q and -v exclude each other: give one of them.")
+        raise InputError("-q and -v cannot be used together. Give one of them.")
     token = _loudness.set(levels.pop() if levels else Loudness.NORMAL)
     try:
         yield [*(one for one in argv[:end] if one not in _FLAGS), *argv[end:]]
@@ -174,30 +157,30 @@ def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
 
 
 def check_belongs(flag: str, options: Mapping[str, object]) -> None:
-    """Reject options that have no meaning without a flag that was not given."""
+    """Reject options that only work with another flag, when this flag was not given."""
     for name, value in options.items():
         if value is not None:
-            raise InputError(f"--{name} belongs to {flag}: add {flag}, or leave out --{name}.")
+            raise InputError(f"--{name} only works with {flag}. Add {flag}, or leave out --{name}.")
 
 
 def is_quiet() -> bool:
-    """Return whether only results and errors are printed."""
+    """Return whether the user asked for results and errors only (`-q`)."""
     return _loudness.get() is Loudness.QUIET
 
 
 def is_verbose() -> bool:
-    """Return whether more than usual is printed."""
+    """Return whether the user asked for more output than usual (`-v`)."""
     return _loudness.get() is Loudness.VERBOSE
 
 
 def say(text: str) -> None:
-    """Print a hint that is not a result, such as a folder or the next command."""
+    """Print a hint, such as a folder or the next command, unless the user asked for results only."""
     if not is_quiet():
         print(text)
 
 
 def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
-    """Print the number of notes that were included or left out."""
+    """Print the number of people's notes, and whether they were included."""
     from foundry.storing.notes import notes_of
 
     notes = sum(len(notes_of(sweep).notes) for sweep in sweeps)
@@ -207,42 +190,48 @@ def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
 
 @contextlib.contextmanager
 def only_json(asked: bool) -> Iterator[None]:
-    """With JSON, send all other output to the standard error."""
+    """If JSON is asked for, send everything that is printed in this context to standard error."""
     with contextlib.redirect_stdout(sys.stderr) if asked else contextlib.nullcontext():
         yield
 
 
 def print_json(value: Any) -> None:
     """Print a value as one JSON object: NaN as null, a path as text, a NumPy number as its value."""
-    import msgspec
-
     encoded = msgspec.json.encode(value, enc_hook=lambda one: one.item() if hasattr(one, "item") else str(one))
     print(msgspec.json.format(encoded).decode())
 
 
 def fail(error: object, code: int) -> int:
-    """Print an error in one line and return its exit code."""
+    """Print an error in one line, and return the given exit code."""
     print(f"foundry: {visible(str(error))}", file=sys.stderr)
     return code
 
 
 def for_screen(text: str) -> str:
-    """Return a text of unknown origin: unchanged for a file or a pipe, without control characters for a terminal."""
+    """Return a text of unknown origin; if it goes to a terminal, its control characters are escaped."""
     return visible(text) if sys.stdout.isatty() else text
 
 
 def console() -> Console:
-    """Return the console for tables."""
+    """Return the console on which tables are printed."""
     from rich.console import Console
 
     return Console(markup=False) if sys.stdout.isatty() else Console(markup=False, width=FILE_WIDTH)
 
 
 def bars() -> Console:
-    """Return the console for progress; it shows nothing if only results are printed."""
+    """Return the console for progress bars, which shows nothing if the user asked for results only."""
     screen = console()
     screen.quiet = is_quiet()
     return screen
+
+
+def with_bar(items: Iterable[T], doing: str, total: int) -> Iterator[T]:
+    """Yield the items; on a terminal, a bar such as "verifying" counts them."""
+    from rich.progress import track
+
+    screen = bars()
+    yield from track(items, doing, total=total, console=screen, transient=True, disable=not screen.is_terminal)
 
 
 def _print_version(value: bool) -> None:

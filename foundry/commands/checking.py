@@ -31,7 +31,7 @@ from foundry.errors import InputError
 @app.command(context_settings=OVERRIDES, rich_help_panel=EXTEND)
 def check(
     overrides: Overrides = None,
-    known: Annotated[bool, typer.Option("--known", help="Play scripted policies with known results instead.")] = False,
+    known: Annotated[bool, typer.Option("--known", help="Instead, play scripted policies with known results.")] = False,
     write: Annotated[Path | None, typer.Option(help="With --known: write the results into this Markdown file.")] = None,
     json: AsJson = False,
     config_dir: Mine = None,
@@ -42,20 +42,20 @@ def check(
 
     foundry check world=mine prompt=mine --config-dir mine
 
-    foundry check greed world=mine --config-dir mine: the signature mine/signatures/greed.py, on runs of that world
+    foundry check greed world=mine --config-dir mine: check the signature mine/signatures/greed.py on runs of that world
 
-    foundry check --known bar fishery: play policies with known results, by default in all worlds; the exit code is 3
-    if a result differs
+    foundry check --known bar fishery: play policies whose results are known, by default in all worlds; the exit code
+    is 3 if a result differs
     """
     if known:
         raise typer.Exit(_check_known(overrides or (), write, json, config_dir or ()))
     if write is not None:
-        raise InputError(f"--write {write} is for known results: add --known, or leave it out.")
+        raise InputError(f"--write {write} only works with --known. Add --known, or leave out --write.")
     raise typer.Exit(_check_parts(given(overrides, config_dir), json))
 
 
 def _check_parts(asked: Sequence[str], json: bool) -> int:
-    """Print the findings of checks; return the exit code."""
+
     from foundry.conformance.checking import check_asked
     from foundry.conformance.playing import failed
     from foundry.display import frame_table
@@ -73,7 +73,7 @@ def _check_parts(asked: Sequence[str], json: bool) -> int:
 
 
 def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, config_dir: Sequence[Path]) -> int:
-    """Play scripted policies of worlds and print their results next to the known results; return the exit code."""
+
     from analysis.validation.facts import all_facts
     from foundry.display import frame_table
     from foundry.validating.playing import COLUMNS, hold, page, row
@@ -89,16 +89,14 @@ def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, conf
         console().print(frame_table(map(row, results), COLUMNS))
         if page_file is not None:
             print(f"wrote {page_file}")
-        print(f"{len(results) - missed} of {len(results)} closed forms hold")
+        print(f"{len(results) - missed} of {len(results)} known results hold")
     return EXIT_FAILED if missed else EXIT_OK
 
 
 @app.command(rich_help_panel=EXTEND)
 def new(
-    kind: Annotated[
-        str, typer.Argument(help="world, signature, prompt, model, policy, edit or form.", show_default=False)
-    ],
-    name: Annotated[str, typer.Argument(help="Name of the part, such as market.", show_default=False)],
+    kind: Annotated[str, typer.Argument(help="world, signature, prompt, model, policy, edit or form.")],
+    name: Annotated[str, typer.Argument(help="Name of the part, such as market.")],
     into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your parts.")] = Path(
         "mine"
     ),

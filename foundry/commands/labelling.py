@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -13,6 +14,7 @@ from foundry.commands.application import LOOK, OVERRIDES, Folder, Mine, TrustedS
 from foundry.commands.sweeps import composed_here
 from foundry.commands.view import AskingPage
 from foundry.errors import FoundryError, InputError, ModelChangedError
+from foundry.storing.store import SweepFolder
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from foundry.labels.judging import Texts
     from foundry.labels.sampling import Sample
     from foundry.models.base import Model
-    from foundry.storing.store import SweepFolder
 
 _TEXTS = {
     "message": "messages",
@@ -35,22 +36,21 @@ _TEXTS = {
 @app.command(context_settings=OVERRIDES, rich_help_panel=LOOK)
 def label(
     folder: Folder,
-    model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
+    model: Annotated[str, typer.Option(help="The model that labels, as in model=...")],
     overrides: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[LABEL] OVERRIDES", help="The label, by default warning; then overrides of model.*"),
+        typer.Argument(metavar="[LABEL] OVERRIDES", help="The label, by default warning; then overrides of model."),
     ] = None,
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
     """Have a model label the texts of a sweep; foundry play DIR --label NAME asks people.
 
-    Takes a sweep's folder: foundry label outputs/<sweep> refusal --model qwen3:4b; overrides of model.* may follow.
-    Each distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
+    foundry label outputs/<sweep> refusal --model qwen3:4b
+
+    Asks about each distinct text once, and caches the answers. `foundry analyze --labeller model` then uses these
     labels instead of a rule.
     """
-    import asyncio
-
     from foundry.labels.definition import label_named
     from foundry.labels.folder import LabelFolder
 
@@ -64,7 +64,7 @@ def label(
     judge = asyncio.run(_ask(composed, _cache_of(opened, composed), asked, texts))
     file = LabelFolder.of(opened, name).keep_judge(judge)
     unreadable = sum(one.label is None for one in judge.judgements)
-    print(f"{len(texts)} distinct texts labelled, {unreadable} of them with no readable answer")
+    print(f"{len(texts)} distinct texts labelled; for {unreadable} of them the answer was unreadable")
     if judge.by_hand:
         from analysis.labelling import labelling_of
 
@@ -73,8 +73,6 @@ def label(
 
 
 def _texts_of(sweep: SweepFolder, label: Label) -> Texts:
-    """Return the distinct texts to which a label applies, in a sweep and its baselines."""
-    from foundry.storing.store import SweepFolder
 
     sweeps = [sweep, *([SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else [])]
     return list({item.content: (item.text, item.context) for item in _items_of(sweeps, label)}.values())
@@ -98,8 +96,7 @@ def _items_of(sweeps: Sequence[SweepFolder], label: Label) -> list[Item]:
 
 
 def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
-    """Open a sweep, after checking that its cache of answers may be used."""
-    from foundry.storing.store import SweepFolder
+
     from foundry.trust.unknown import check_settings
 
     opened = SweepFolder.open(folder)
@@ -109,13 +106,12 @@ def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
 
 
 def label_by_people(folder: Path, name: str, per_model: int | None, page: AskingPage) -> None:
-    """Serve the page where people label texts of a sweep, until everybody has ended or Ctrl-C is pressed."""
+    """Serve a page on which people label texts of a sweep, until all people have ended or Ctrl-C is pressed."""
     from analysis.labelling.people import labellers, labellers_table, write_labellers
     from foundry.display import frame_table
     from foundry.labels.definition import label_named
     from foundry.labels.desk import LabelDesk
     from foundry.labels.folder import LabelFolder
-    from foundry.storing.store import SweepFolder
 
     opened, asked = SweepFolder.open(folder), label_named(name)
     kept = LabelFolder.of(opened, name)
@@ -137,15 +133,15 @@ def label_by_people(folder: Path, name: str, per_model: int | None, page: Asking
 
 
 def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int | None) -> Sample:
-    """Return the texts that were drawn, extended as requested; the sample is stored first."""
+    """Return the sample of texts to label, extended if more texts are requested; it is stored before anyone labels."""
     from foundry.labels.items import complete_runs
     from foundry.labels.sampling import Sample, extended
 
     before = kept.sample()
     if before is not None and before.question_sha256 != label.question_sha256:
         raise InputError(
-            f"The texts in {kept.path} were drawn for another wording of the question '{label.name}'. Put the earlier "
-            "wording back, or give the new question a file of another name."
+            f"The texts in {kept.path} were drawn for another wording of the label '{label.name}'. Restore the earlier "
+            "wording, or put the new one into a file with another name."
         )
     empty = Sample(label=label.name, question_sha256=label.question_sha256, seed=0)
     runs = [run.id for run in complete_runs(sweep)]
@@ -156,7 +152,7 @@ def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int 
 
 
 def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
-    """Return the sweep's cache of answers, or the usual cache if the sweep was moved and its cache is missing."""
+    """Return the sweep's own cache of answers, or the usual cache if the sweep's is missing, as after a move."""
     from foundry.models.answers.answers import is_database
 
     own: str | None = sweep.settings.get("cache", {}).get("path")
@@ -166,7 +162,7 @@ def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
 
 @asynccontextmanager
 async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model]:
-    """Yield a model with a cache of answers; both are closed at the end."""
+
     from foundry.models.answers.answers import Answers
     from foundry.models.answers.opening import open_answers
     from foundry.running.build import build, model_stack
@@ -198,7 +194,7 @@ async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Ju
             return judged
         except ModelChangedError as error:
             raise FoundryError(
-                f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since its last "
-                "confirmation were removed from the cache, and no label was written: restore the first model and "
-                "run the command again."
+                f"Model '{model.name}' changed while it labelled ({error.how}), so no label was written. The answers "
+                "since its last confirmation were removed from the cache. Restore the first model and run the command "
+                "again."
             ) from error

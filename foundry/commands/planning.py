@@ -1,4 +1,4 @@
-"""Commands before a sweep: problems, settings, prompts and calls."""
+"""Commands that you use before a sweep: doctor, config and plan."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from foundry.commands.application import (
     app,
     check_belongs,
     console,
-    folder_option,
+    folder_path,
     for_screen,
     given,
     is_quiet,
@@ -37,6 +37,10 @@ from foundry.commands.application import (
 from foundry.commands.power import show_labels, show_seeds
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
 from foundry.errors import InputError
+from foundry.expansion import Sweep, settings_key
+from foundry.storing.determinism import SETTING, repeats_of
+from foundry.storing.growing import growth
+from foundry.storing.store import SweepFolder
 from foundry.texts import counted, one_line
 
 if TYPE_CHECKING:
@@ -44,7 +48,6 @@ if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.composing.planning import PlannedRepeats, PlannedRun
     from foundry.doctor import Finding
-    from foundry.expansion import Sweep
     from foundry.models.ollama.info import InstalledModel
 
 _SHOWN = 60
@@ -55,17 +58,17 @@ _SHOWN = 60
 def doctor(
     overrides: Overrides = None,
     json: AsJson = False,
-    calls: Annotated[bool, typer.Option(help="Send about twenty calls to every model to measure it.")] = True,
+    calls: Annotated[bool, typer.Option(help="Measure every model with about twenty calls.")] = True,
     pull: Annotated[
         str | None,
-        typer.Option(help="Let the Ollama servers download this model, and list their models; check nothing else."),
+        typer.Option(help="Let the Ollama servers download this model and list their models, and check nothing."),
     ] = None,
     config_dir: Mine = None,
 ) -> None:
     """Find problems of servers, models and disk before a sweep.
 
-    Checks context length, parallel slots, seeds and drawing, and lists the models of Ollama servers. Takes the
-    overrides of foundry:
+    Checks context lengths, parallel slots of servers, seeds and the drawing of 3D worlds. Lists the models of Ollama
+    servers. Takes the same overrides as foundry:
 
     foundry doctor -m model=qwen3:4b,llama3.2 seed=0-9
 
@@ -104,8 +107,7 @@ def doctor(
 
 
 def _ollama_hosts(sweep: Sweep) -> list[str]:
-    """Return the Ollama servers of a sweep's models, each once."""
-    from foundry.expansion import settings_key
+
     from foundry.models.ollama.ollama_model import OllamaModel
     from foundry.running.build import build, members_of
 
@@ -115,7 +117,7 @@ def _ollama_hosts(sweep: Sweep) -> list[str]:
 
 
 async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[Finding]]:
-    """Return the models of servers, and a finding for each server that does not list its models."""
+    """Return the models of Ollama servers, and a finding for each server that does not list its models."""
     from foundry.doctor import Finding, Status
     from foundry.models.ollama.info import list_models
 
@@ -130,11 +132,11 @@ async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[F
 
 
 async def _pull(name: str, hosts: Sequence[str]) -> None:
-    """Download a model; each step of a server is a line, on a terminal with the share that is done."""
+    """Let servers download a model; print a line for each step of a download, on a terminal with its progress."""
     from foundry.models.ollama.info import pull_model
 
     if not hosts:
-        raise InputError(f"--pull {name} needs an Ollama server, and this sweep has none. Leave out model=.")
+        raise InputError(f"--pull {name} needs an Ollama server, and these models use none. Leave out model=.")
     status = ""
     async for progress in pull_model(name, hosts):
         if progress.status != status:
@@ -147,7 +149,7 @@ async def _pull(name: str, hosts: Sequence[str]) -> None:
 
 
 def _tests(sweep: Sweep) -> Iterator[Finding]:
-    """Yield findings about the differences that the tests of a sweep can detect."""
+
     from foundry.doctor import Finding, Status
 
     reach = sweep_reach(sweep)
@@ -159,15 +161,15 @@ def _tests(sweep: Sweep) -> Iterator[Finding]:
 @app.command(rich_help_panel=EXTEND)
 def config(
     overrides: Annotated[
-        list[str] | None, typer.Argument(help="Settings to show, such as model.server, and overrides.")
+        list[str] | None, typer.Argument(help="Settings to show, such as model.server; and overrides.")
     ] = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
     """Show every setting with its value and origin.
 
-    An origin is the command line, the environment, your own file or the default. The first table has the settings that
-    decide answers, the second the settings that say where and how a sweep runs.
+    A value comes from the command line, the environment, your own file or the default. The first table shows the
+    settings that affect answers. The second table shows the settings for where and how a sweep runs.
 
     foundry config cache model.server
     """
@@ -180,7 +182,7 @@ def config(
     file, wanted = paths.user_config_file(), [one for one in overrides or () if "=" not in one]
     argv = given([one for one in overrides or () if "=" in one], config_dir)
     composed = compose(argv, read_defaults())
-    assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
+    assert composed is not None, "Hydra itself only answers flags, and these have no '='"
     settings_shown = chosen(settings_of(composed), wanted)
     variables = [] if wanted else list(environment())
     if json:
@@ -205,38 +207,34 @@ def _shown(value: object) -> str:
 
 Pilot = Annotated[
     Path | None,
-    folder_option(
-        "Also print the seeds that measures need, judged by this sweep or probe; without OVERRIDES only these."
+    typer.Option(
+        help="Also print how many seeds the measures need, given this sweep or probe; without OVERRIDES only this.",
+        metavar="DIR",
+        parser=folder_path,
     ),
 ]
 Kind = Annotated[
     str | None,
-    typer.Option(
-        help="With --prompt: the kind of question, such as message; default: action, or the world's first kind."
-    ),
+    typer.Option(help="With --prompt: kind of the question, such as message; default: action, or the first kind."),
 ]
 ToTime = Annotated[
     bool,
-    typer.Option("--time", help="Time about twenty calls of each served model to estimate hours, tokens and cost."),
+    typer.Option("--time", help="Send about twenty calls to each server to estimate hours, tokens and cost."),
 ]
 LabelToPlan = Annotated[
     str | None,
-    typer.Option(
-        help="With --pilot: a label such as warning; also prints how many labels by people a difference needs."
-    ),
+    typer.Option(help="With --pilot: also print how many texts people must label to find a difference in this label."),
 ]
 Looks = Annotated[
     str | None,
-    typer.Option(
-        help="With --pilot: declared looks, such as 8,12,18; shows how often and when they find the difference."
-    ),
+    typer.Option(help="With --pilot: the power of interim looks after so many seeds, such as 8,12,18."),
 ]
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def plan(
     overrides: Overrides = None,
-    prompt: Annotated[bool, typer.Option("--prompt", help="Print the exact prompt of one call instead.")] = False,
+    prompt: Annotated[bool, typer.Option("--prompt", help="Instead, print the exact prompt of one call.")] = False,
     step: Annotated[int | None, typer.Option(help="With --prompt: the step, from 1; default 1.")] = None,
     agent: Annotated[int | None, typer.Option(help="With --prompt: the agent, from 0; default 0.")] = None,
     kind: Kind = None,
@@ -244,16 +242,14 @@ def plan(
     pilot: Pilot = None,
     difference: Annotated[
         float | None,
-        typer.Option(
-            help="With --pilot: the difference to find, in the unit of the measure; default: the pilot's difference."
-        ),
+        typer.Option(help="With --pilot: the difference to find, in the measure's unit; default: the pilot's."),
     ] = None,
     power: Annotated[
         float | None, typer.Option(help="With --pilot: the probability of finding the difference; default 0.8.")
     ] = None,
     measure: Annotated[
         str | None,
-        typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the headline measures."),
+        typer.Option(help="With --pilot: one measure; in a probe, one model or edit; default: the main measures."),
     ] = None,
     looks: Looks = None,
     labels: LabelToPlan = None,
@@ -262,14 +258,14 @@ def plan(
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show the runs, calls and hours of a sweep before it runs; --time times a few calls and keeps no answer.
+    """Show the runs, calls and hours of a sweep before it runs.
 
-    Takes the overrides of foundry: foundry plan -m model=llama3.2 seed=0-9. Runs in output.dir=DIR count as done.
+    foundry plan -m model=llama3.2 seed=0-9: takes the same overrides as foundry; runs in output.dir=DIR count as done
 
-    foundry plan --prompt model=scripted/avoid seed=3 --step 7 --agent 3: print the prompt of one call; the model must
-    be scripted or cached, because the plan plays the episode up to that step
+    foundry plan --prompt model=scripted/avoid seed=3 --step 7 --agent 3: print the prompt of one call; plays the
+    episode up to that step, so the model must be scripted or its answers cached
 
-    foundry plan --pilot outputs/pilot -m model=llama3.2 seed=0-19: also the number of seeds that the measures need
+    foundry plan --pilot outputs/pilot -m model=llama3.2 seed=0-19: also print how many seeds the measures need
     """
     if not prompt:
         check_belongs("--prompt", {"step": step, "agent": agent, "kind": kind})
@@ -278,7 +274,7 @@ def plan(
         check_belongs("--pilot DIR", {**judging, "only": only or None, "without": without or None})
     else:
         if prompt or json:
-            raise InputError("--pilot prints tables of seeds: leave out --prompt and --json.")
+            raise InputError("--pilot prints only tables of seeds. Leave out --prompt and --json.")
         show_seeds(
             pilot, difference=difference, power=0.8 if power is None else power, measure=measure, looks=looks or "",
             only=only or (), without=without or (),
@@ -297,7 +293,7 @@ def plan(
 
 
 def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *, json: bool) -> None:
-    """Print the exact prompt of one call."""
+
     from foundry.composing.planning import find_prompt
 
     sweep = composed.sweep
@@ -312,20 +308,17 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
             print(f"[{message.role}]")
         print(for_screen(message.content))
     if call.assumed_silent:
-        print(f"{call.assumed_silent} earlier answers are not in the cache: assumed to be silence", file=sys.stderr)
+        print(f"{call.assumed_silent} earlier answers are not in the cache; they count as silence", file=sys.stderr)
 
 
 def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:
-    """Print the runs of a sweep, its calls, their time, and the differences that its tests can detect."""
+
     from foundry.composing.identifying import identified
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
     from foundry.composing.preflight import missing_arms, notes_of
     from foundry.doctor.hours import cost_of, prompt_tokens, remember_speed, speeds, time_line
     from foundry.doctor.timing import timed
-    from foundry.storing.determinism import SETTING, repeats_of
-    from foundry.storing.growing import growth
-    from foundry.storing.store import SweepFolder
 
     sweep = composed.sweep
     folder = Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None
@@ -358,7 +351,7 @@ def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:
         _show_plan(planned, twice, [*filter(None, [size, hours, *timings, costs, reachable]), *notes])
         if reach is not None and not note:
             command = shlex.join(composed.asked)
-            say(f"next: foundry {command}; for a claim, before it: foundry preregister {command} --family MEASURE")
+            say(f"next: foundry {command}; to make a claim, first: foundry preregister {command} --family MEASURE")
 
 
 def _print_plan(
@@ -389,7 +382,7 @@ def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequ
     complete = sum(one.complete for one in planned)
     print(f"{counted(len(planned), 'run')}, {complete} complete; at most {to_send:,} calls would be sent")
     if twice.again:
-        say(f"determinism: at most {twice.again + twice.beside:,} recorded calls would be made again at the end")
+        say(f"determinism check: at most {twice.again + twice.beside:,} calls would be repeated at the end")
     for line in notes:
         say(line)
 

@@ -1,4 +1,4 @@
-"""The part of `foundry plan` that says how many seeds a sweep needs, given a pilot."""
+"""The part of `foundry plan` that prints how many seeds a sweep needs, judged by a pilot sweep."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 from foundry.commands.analyzing import looks_of
 from foundry.commands.application import console, say
 from foundry.errors import InputError
+from foundry.storing.store import SweepFolder, ensure_writable
+from foundry.texts import counted
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from analysis.filtering import Filter
-    from foundry.storing.store import SweepFolder
 
 _MOST_ADVICE = 3
-"""Maximum number of pairs with recommended seeds; pairs that need the most seeds come first."""
+"""Maximum number of recommendations; pairs that need the most seeds come first."""
 _FIRST = ("measure", "contrast", "pairs", "sd", "difference")
 _COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
 _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
@@ -35,18 +36,17 @@ def show_seeds(
     only: Sequence[str],
     without: Sequence[str],
 ) -> None:
-    """Print how many seeds a sweep or a probe needs, given a pilot."""
+    """Print how many seeds a sweep or a probe needs, judged by a pilot in a folder."""
     from analysis.filtering import Filter
     from analysis.load import is_probe
     from analysis.planned.declaring import checked_looks
     from foundry.display import frame_table
-    from foundry.storing.store import SweepFolder
 
     wanted, chosen = looks_of(looks), Filter.of(only, without)
     opened = SweepFolder.open(folder)
     if wanted:
         if is_probe(opened):
-            raise InputError(f"'{folder}' is a probe, and probes have no looks. Leave out --looks.")
+            raise InputError(f"'{folder}' is a probe, and probes have no interim looks. Leave out --looks.")
         checked_looks(wanted, wanted[-1])
     plan = _plan(opened, difference, power, measure, chosen)
     if plan.empty:
@@ -59,19 +59,20 @@ def show_seeds(
         _show_looks(shown, wanted, family)
         return
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
-    say(f"seeds for {power:.0%} power at .05: for a single test, for one of {family} tests, and for one of {family}")
-    say("tests at the upper 80 % bound of the pilot's sd. A pilot of few seeds estimates its sd poorly: use the last")
+    say(
+        f"alone: seeds that one test at level .05 needs for {power:.0%} power; in the family: as one of {family} tests;"
+    )
+    say("cautious: the same, with the upper 80 % bound of the pilot's sd. If the pilot has few seeds, use cautious.")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
         print(line)
 
 
 def show_labels(folder: Path, name: str, power: float) -> None:
-    """Print how many labels of people a difference between two models needs, given a pilot."""
+    """Print how many texts people must label to find a difference between two models, judged by a pilot."""
     from analysis.labelling.planning import labels_needed
     from foundry.display import frame_table
     from foundry.labels.definition import label_named
-    from foundry.storing.store import SweepFolder
 
     table = labels_needed(SweepFolder.open(folder), label_named(name), power)
     console().print(frame_table(table.rows, table.columns))
@@ -103,7 +104,6 @@ def _plan(
 def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
     from analysis.stats.power import COLUMNS, power_table
     from analysis.tables.texts import write_table
-    from foundry.storing.store import ensure_writable
 
     ensure_writable(folder.analysis_dir)
     first, *_ = write_table(folder.analysis_dir, power_table(plan), plan[list(COLUMNS)], filtered)
@@ -111,9 +111,8 @@ def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
 
 
 def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
-    """Yield a line for each pair that needs the most seeds: how many seeds to run, and which measure needs them."""
+    """Yield lines about the pairs that need the most seeds: the number of seeds, and the measure that needs them."""
     from analysis.stats.power import MOST_RECOMMENDED, pair_name, recommended
-    from foundry.texts import counted
 
     rows = recommended(plan).sort_values("seeds", ascending=False, kind="stable")
     for row in rows.head(_MOST_ADVICE).to_dict("records"):
@@ -128,7 +127,7 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
         else:
             yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"
     if len(rows) > _MOST_ADVICE:
-        yield f"{counted(len(rows) - _MOST_ADVICE, 'further pair')}: fewer seeds, or no number is enough"
+        yield f"{counted(len(rows) - _MOST_ADVICE, 'further pair')}: they need fewer seeds, or no number is enough"
 
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
@@ -140,9 +139,9 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
         for one in with_looks(plan, looks).to_dict("records")
     ]
     console().print(frame_table(rows, _AT_LOOKS))
-    say(f"power at .05 as one of {family} tests; seeds: mean number of seeds until a look finds the difference")
-    say(f"({looks[-1]} if none does); cautious: the same at the upper 80 % bound of the pilot's sd.")
-    say("foundry preregister declares these looks")
+    say(f"power: at level .05, as one of {family} tests; seeds: mean number of seeds until a look finds the difference")
+    say(f"({looks[-1]} if no look does); cautious: the same, with the upper 80 % bound of the pilot's sd.")
+    say("Declare these looks with foundry preregister.")
 
 
 def _row(one: Mapping[Hashable, object]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The commands that ask models and people in recorded moments, and people in runs."""
+"""The commands probe (models answer in recorded moments) and play (people answer, in recorded moments or runs)."""
 
 from __future__ import annotations
 
@@ -31,18 +31,17 @@ from foundry.commands.labelling import label_by_people
 from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
 from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
 from foundry.errors import InputError
-from foundry.expansion import overridden
+from foundry.expansion import Sweep, overridden
 from foundry.own_code import CONFIG_DIR, config_dirs
+from foundry.storing.store import SweepFolder
 
 if TYPE_CHECKING:
-    from foundry.expansion import Sweep
     from foundry.models.base import ModelInfo
     from foundry.probing.composing import Probe
     from foundry.running.local import Runner
-    from foundry.storing.store import SweepFolder
 
 SITTING = {"moments": "40", "repeats": "1"}
-"""The default probe for a person: about ten minutes, and no question twice."""
+"""The default settings of a probe for people: it takes about ten minutes and asks no question twice."""
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
@@ -54,21 +53,21 @@ def probe(
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Ask every model in the same recorded moments: what does each do, and what makes it do otherwise?
+    """Ask every model the same recorded questions, and find out what changes its choices.
 
     foundry probe outputs/pilot -m model=qwen3:4b,llama3.2 edit=none,no_fire,mirror
 
-    Beside the overrides of a sweep it takes
+    Takes the overrides of a sweep, and these:
 
-    moments=300: how many recorded questions, or the moments.json of an earlier probe;
-    moments_seed=0: what they are drawn by;
-    window=5: steps of which an agent gives one moment at most; 0 for no limit;
-    repeats=10: how often each is asked, each time with a sampling seed of its own; with model.logprobs once, where the
-    probabilities of the reply stand for all;
-    edit=none: what is changed in what the agents perceive, such as no_fire,mirror; also of mine/edits/;
-    sweep_over=fires.0.distance=1..20: one quantity of it that is moved alone.
+    moments=300: number of recorded questions (moments), or the moments.json of an earlier probe;
+    moments_seed=0: seed by which the moments are drawn;
+    window=5: at most one moment of an agent in so many steps; 0 sets no limit;
+    repeats=10: number of times that each question is asked, each with another sampling seed; with model.logprobs once,
+    if the probabilities of the reply can replace the repeats;
+    edit=none: changes of the observation, such as no_fire,mirror, or your own from mine/edits/;
+    sweep_over=fires.0.distance=1..20: a number in the observation that takes each of these values.
 
-    -m format=none,0-9 asks in drawn formats of the prompt.
+    -m format=none,0-9 asks with randomly drawn formats of the prompt.
     """
     further, arguments = folders_first(given(overrides, config_dir))
     folders, trusted = [sweep, *further], trust_targets or ()
@@ -81,10 +80,10 @@ def play(
     overrides: Overrides = None,
     label: Annotated[
         str | None,
-        typer.Option(help="Have people label texts of a sweep: warning, refusal, ... or a label of your own."),
+        typer.Option(help="Let people label texts of a sweep with warning, refusal or another label."),
     ] = None,
     per_model: Annotated[
-        int | None, typer.Option(min=1, help="With --label: number of texts drawn per model; default 200.")
+        int | None, typer.Option(min=1, help="With --label: number of texts per model; default 200.")
     ] = None,
     host: Host = "127.0.0.1",
     port: Port = None,
@@ -95,22 +94,22 @@ def play(
 ) -> None:
     """Let people answer the questions of models on a web page.
 
-    foundry play outputs/pilot model=human/ana        in 40 recorded moments of a sweep, as foundry probe
+    foundry play outputs/pilot model=human/ana        40 recorded moments of a sweep, as in foundry probe
 
-    foundry play model=mix/human/ana@0+qwen3:4b@1-9   in a run, among models
+    foundry play model=mix/human/ana@0+qwen3:4b@1-9   a run together with models
 
-    foundry play outputs/<sweep>                      goes on with what people have not answered yet
+    foundry play outputs/<sweep>                      the questions that people have not answered yet
 
-    foundry play outputs/<sweep> --label warning      which messages are warnings, of 200 texts a model; foundry analyze
-    then corrects the measures of warnings by the labels of people
+    foundry play outputs/<sweep> --label warning      people say which of 200 texts per model are warnings; foundry
+    analyze then corrects its measures of warnings by their labels
     """
     page = AskingPage(host, port, browser)
     folders, arguments = folders_first(given(overrides, config_dir))
     if label is not None:
         if len(folders) != 1 or _overrides_alone(arguments):
             raise InputError(
-                "--label takes one sweep and nothing else: foundry play outputs/<sweep> --label warning. Each person "
-                "gives a name on the page."
+                "--label takes one sweep and nothing else, as in foundry play outputs/<sweep> --label warning. People "
+                "enter their names on the page."
             )
         label_by_people(folders[0], label, per_model, page)
         return
@@ -126,19 +125,19 @@ def play(
 
 
 def _overrides_alone(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments without those that name folders of the user's own parts."""
+    """Return the arguments without `--config-dir` and its folders."""
     folders = list(config_dirs(arguments))
     return [one for one in arguments if one not in (*CONFIG_DIR, *map(str, folders))]
 
 
 def folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """Return the folders at the beginning of a command line, and the rest."""
+    """Split a command line into the folders at its beginning, and the other arguments."""
     folders = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), arguments))
     return [Path(one) for one in folders], list(arguments[len(folders) :])
 
 
 def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str]) -> int:
-    """Print what a probe would ask, without any call or request to a server."""
+
     from foundry.composing.defaults import read_defaults
     from foundry.display import frame_table
     from foundry.probing.composing import compose_probe, planned
@@ -155,7 +154,6 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
 
 
 def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder]:
-    from foundry.storing.store import SweepFolder
     from foundry.trust.unknown import check_sweep_targets
 
     sweeps = [SweepFolder.open(path) for path in folders]
@@ -168,7 +166,7 @@ def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder
 def composed_probe(
     folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str], trust_servers: bool
 ) -> Probe | None:
-    """Return a probe after checking that its servers may be called; None if Hydra answered the command line itself."""
+    """Return a probe, after checking that its servers may be called; None if Hydra answered the command line itself."""
     from foundry.composing.defaults import read_defaults
     from foundry.probing.composing import compose_probe
     from foundry.trust.unknown import check_models
@@ -215,11 +213,10 @@ def _play_run(arguments: Sequence[str], sitting: _Sitting) -> int:
 
 
 def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_servers: bool, sitting: _Sitting) -> int:
-    from foundry.storing.store import SweepFolder
     from foundry.trust.unknown import check_sweep_targets
 
     if len(folders) > 1:
-        raise InputError("Only one sweep can be continued at a time: name one, or add model=human/<name> to probe.")
+        raise InputError("Only one sweep can be continued at a time. Name one, or add model=human/<name> to probe all.")
     opened = SweepFolder.open(folders[0])
     check_sweep_targets(opened.sweep, opened.settings, trusted)
     run = sitting.checked_for(opened.sweep)
@@ -228,12 +225,16 @@ def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_server
 
 @dataclass(frozen=True)
 class _Sitting:
-    """Sweeps that run beside a page on which people answer."""
+    """Runs a sweep while it serves a page on which people answer."""
 
     page: AskingPage
 
     def checked_for(self, sweep: Sweep) -> Run:
-        """Return the function that runs a sweep beside the page."""
+        """Return a function that plays the runs of a sweep while the page is served.
+
+        Raises:
+            InputError: nobody can be asked.
+        """
         from foundry.probing.sitting import people_to_ask
 
         return partial(self._run, people_to_ask(sweep))
@@ -241,7 +242,7 @@ class _Sitting:
     def _run(
         self, people: Sequence[str], folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner
     ) -> int:
-        """Run the remaining runs in this process, whatever the settings say, without a page that shows replies."""
+        """Play the unfinished runs in this process; no page of replies is served, which people could see."""
         from foundry.models.human.desk import Desk
         from foundry.probing.sitting import SittingRunner, how_far
 

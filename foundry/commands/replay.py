@@ -8,15 +8,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
-from foundry.commands.application import EXTEND, LOOK, Mine, Trusted, app, bars, folder_argument, for_screen
+from foundry.commands.application import EXTEND, LOOK, Mine, Trusted, app, folder_argument, for_screen, with_bar
 from foundry.errors import InputError, not_found
+from foundry.storing.store import RunFolder, find_run
 
 if TYPE_CHECKING:
     from foundry.replay.pictures import Picture
     from foundry.replay.recording import Recording
-    from foundry.storing.store import RunFolder
 
 _PART = re.compile(r"(\d+)(?:-(\d+))?")
 
@@ -25,17 +26,16 @@ _PART = re.compile(r"(\d+)(?:-(\d+))?")
 def replay(
     runs: Annotated[list[Path], folder_argument("Folders of runs: DIR/runs/<run>.", "RUN")],
     steps: Annotated[
-        str | None, typer.Option(help="Only these steps: 0,5,10-20; 0 is the initial state.", show_default=False)
+        str | None,
+        typer.Option(help="Only these steps, such as 0,5,10-20; 0 is the initial state."),
     ] = None,
-    every: Annotated[int | None, typer.Option(help="Only every n-th step.", show_default=False)] = None,
-    video: Annotated[Path | None, typer.Option(help="Write a film: .mp4 or .gif.", show_default=False)] = None,
+    every: Annotated[int | None, typer.Option(help="Only every n-th step.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Write a film into this file (.mp4, .gif).")] = None,
     fps: Annotated[float, typer.Option(help="Steps per second of the film.")] = 5.0,
-    svg: Annotated[
-        Path | None, typer.Option(help="Write one figure of these steps, or of the whole routes.", show_default=False)
-    ] = None,
+    svg: Annotated[Path | None, typer.Option(help="Write one figure of these steps, by default of all steps.")] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the pictures; default: analysis/replay of the sweep.", show_default=False),
+        typer.Option(help="Folder of the pictures; default: analysis/replay in the sweep."),
     ] = None,
     workers: Annotated[int | None, typer.Option(help="Number of processes; default: one per core.", min=1)] = None,
     trust_targets: Trusted = None,
@@ -45,13 +45,12 @@ def replay(
 
     foundry replay outputs/pilot/runs/<run> --steps 0,10-20
 
-    Several runs are tiled: foundry replay RUN RUN RUN --video comparison.mp4
+    Several runs are drawn side by side: foundry replay RUN RUN RUN --video comparison.mp4
     """
     from foundry.replay.film import check_film, write_film
     from foundry.replay.pictures import film_texts, pictures
     from foundry.replay.recording import read_recording
     from foundry.replay.telling import boxes_note
-    from foundry.storing.store import find_run
 
     folders = [find_run(path) for path in runs]
     recordings = [read_recording(run, trust_targets or ()) for run in folders]
@@ -66,7 +65,7 @@ def replay(
         check_film(video, fps)
         if note := boxes_note(film_texts(recordings, chosen)):
             print(for_screen(note))
-    drawn = _with_progress(pictures(recordings, chosen, workers=workers, film=video is not None), len(chosen))
+    drawn = with_bar(pictures(recordings, chosen, workers=workers, film=video is not None), "drawing", len(chosen))
     if video is None or out is not None:
         folder = out or _folder(folders)
         drawn = _kept(drawn, folder)
@@ -114,12 +113,12 @@ def _steps_of(part: str, last: int) -> range:
 def _sketch(
     file: Path, runs: Sequence[RunFolder], recordings: Sequence[Recording], steps: Sequence[int] | None
 ) -> None:
-    """Write the figure of complete runs."""
+
     from analysis.figures.sketch import sketch
     from foundry.replay.tiling import captions
 
     if unfinished := next((one for one in recordings if one.note), None):
-        raise InputError(f"--svg draws complete runs; {unfinished.id} is not: {unfinished.note}.")
+        raise InputError(f"--svg only draws complete runs, but {unfinished.id} is not complete: {unfinished.note}.")
     file.write_text(sketch(dict(zip(captions(recordings), runs, strict=True)), steps), encoding="utf-8")
     print(f"wrote {file}")
 
@@ -127,14 +126,6 @@ def _sketch(
 def _folder(runs: Sequence[RunFolder]) -> Path:
     first = runs[0].replay_dir
     return first if len(runs) == 1 else first.with_name(f"{first.name}_and_{len(runs) - 1}_more")
-
-
-def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:
-    """Yield the pictures; on a terminal, a bar shows the progress."""
-    from rich.progress import track
-
-    terminal = bars()
-    yield from track(drawn, "drawing", total=total, console=terminal, disable=not terminal.is_terminal)
 
 
 def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
@@ -148,30 +139,29 @@ def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
 @app.command(rich_help_panel=EXTEND)
 def scene(
     what: Annotated[
-        str, typer.Argument(help="info: show the contents; shot: draw a picture; read: show how foundry reads a reply.")
+        str, typer.Argument(help="info: list the content; shot: draw a picture; read: show how foundry reads a reply.")
     ],
     subject: Annotated[
         str,
         typer.Argument(
             metavar="FILE|TEXT",
-            help="A USD file. For read, a reply, or - for one JSON string per line from the standard input.",
-            show_default=False,
+            help="A USD file; for read, a reply, or - to read one JSON string per line from standard input.",
         ),
     ],
     out: Annotated[Path, typer.Option(help="The picture's file.")] = Path("shot.png"),
     exclude: Annotated[list[str] | None, typer.Option(help="Leave out prims: a pattern such as /World/Earth*.")] = None,
     root: Annotated[
-        Path | None, typer.Option(help="Folder below which the scene may read files; default: its own folder.")
+        Path | None, typer.Option(help="The scene may read files in this folder; default: its own folder.")
     ] = None,
     pose: Annotated[
-        str | None, typer.Option(help="x,y,z,yaw,pitch of the eye in metres and degrees; default: an overview.")
+        str | None, typer.Option(help="x,y,z,yaw,pitch of the camera, metres and degrees; default: an overview.")
     ] = None,
     limits: Annotated[
-        bool, typer.Option("--limits", help="With read: clamp to the limits of the shipped 3D worlds.")
+        bool, typer.Option("--limits", help="With read: apply the limits on moves of the shipped 3D worlds.")
     ] = False,
     config_dir: Mine = None,
 ) -> None:
-    """Show the contents of a USD file, or a picture of it.
+    """List the content of a USD file, or draw a picture of it.
 
     Lists the parts that cannot be drawn.
 
@@ -181,35 +171,19 @@ def scene(
     if what not in ("info", "shot", "read"):
         raise not_found("Subcommand of scene", what, ("info", "shot", "read"))
     if limits and what != "read":
-        raise InputError(f"--limits belongs to foundry scene read: leave it out of foundry scene {what}.")
+        raise InputError(f"--limits only works with foundry scene read. Leave it out of foundry scene {what}.")
     if what == "read":
-        _read(subject, limited=limits)
-    elif what == "info":
-        _describe(Path(subject), exclude or [], root)
+        from foundry.worlds.camera.language.interpreter import read_replies
+
+        replies = sys.stdin if subject == "-" else [msgspec.json.encode(subject).decode()]
+        for line in read_replies(replies, limited=limits):
+            print(line)
+        return
+    from foundry.worlds.camera.showing import describe_scene, shoot_scene
+
+    if what == "info":
+        for line in describe_scene(Path(subject), exclude or [], root):
+            print(for_screen(line))
     else:
-        _shoot(Path(subject), exclude or [], pose, root, out)
-
-
-def _read(text: str, *, limited: bool) -> None:
-    """Print how the 3D worlds read a reply, or each reply of the standard input."""
-    import msgspec
-
-    from foundry.worlds.camera.language.interpreter import read_replies
-
-    lines = sys.stdin if text == "-" else [msgspec.json.encode(text).decode()]
-    for line in read_replies(lines, limited=limited):
-        print(line)
-
-
-def _describe(path: Path, exclude: Sequence[str], root: Path | None) -> None:
-    from foundry.worlds.camera.showing import describe_scene
-
-    for line in describe_scene(path, exclude, root):
-        print(for_screen(line))
-
-
-def _shoot(path: Path, exclude: Sequence[str], pose: str | None, root: Path | None, out: Path) -> None:
-    from foundry.worlds.camera.showing import shoot_scene
-
-    out.write_bytes(shoot_scene(path, exclude, pose, root))
-    print(f"wrote {out}")
+        out.write_bytes(shoot_scene(Path(subject), exclude or [], pose, root))
+        print(f"wrote {out}")

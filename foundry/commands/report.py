@@ -1,4 +1,4 @@
-"""Commands that write files for others: pages about sweeps or one model, and the formats of other tools."""
+"""Commands that write files for other people and programs: report and export."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from foundry.commands.analyzing import Family, Labeller, Margins, Only, WhoLabel
 from foundry.commands.application import LOOK, Folder, Mine, Trusted, app, folder_argument, for_screen, say
 from foundry.commands.showing import probe_in
 from foundry.errors import InputError
+from foundry.storing.preregistration import preregistration_of
+from foundry.storing.store import SweepFolder
+from foundry.texts import counted
 
 if TYPE_CHECKING:
     from foundry.exporting.writing import Measured, Scores
-    from foundry.storing.store import SweepFolder
 
 
 @app.command(rich_help_panel=LOOK)
@@ -27,16 +29,11 @@ def report(
     folders: Annotated[list[Path], folder_argument("Sweeps' folders; with --model also bundles.")],
     model: Annotated[
         str | None,
-        typer.Option(
-            help="Write one page about this model, compared with the null, the best policy and the other models."
-        ),
+        typer.Option(help="Write a page about this model, compared with chance, the best policy and other models."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            help="The page; default: report.html in the first sweep's folder; with --model: card-MODEL.html and "
-            "card-MODEL.md here."
-        ),
+        typer.Option(help="File of the page; default: report.html in the first folder, or card-MODEL.html here."),
     ] = None,
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
@@ -50,7 +47,7 @@ def report(
 
     The page is one file that needs no network.
 
-    foundry report --model qwen3:4b outputs/pilot published.tar.zst: one page about a model
+    foundry report --model qwen3:4b outputs/pilot published.tar.zst: write a page about one model, and its text as .md
     """
     asked = {"labelled_by_model": labeller is Labeller.MODEL, "margins": margins_of(margin or [])}
     options = {**asked, "only": only or (), "without": without or ()}
@@ -58,7 +55,7 @@ def report(
         _report(folders, out, family or (), trust_targets or (), options)
     elif any(options.values()) or family or trust_targets:
         raise InputError(
-            "A page about a model takes whole sweeps and tests nothing. With --model, only --out is allowed."
+            "A page about a model uses whole sweeps and tests nothing, so with --model only --out is allowed."
         )
     else:
         _card(model, folders, out)
@@ -67,7 +64,7 @@ def report(
 def _report(
     folders: Sequence[Path], out: Path | None, family: Sequence[str], trusted: Sequence[str], options: dict[str, Any]
 ) -> None:
-    """Write the page about sweeps, or about a probe."""
+
     from analysis.report import write_report
 
     probe = probe_in(folders, options)
@@ -83,9 +80,8 @@ def _report(
 
 
 def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:
-    """Write the page about a model, and its content as text."""
+
     from analysis.paper.card import card as card_of
-    from foundry.texts import counted
 
     page = out or Path(f"card-{re.sub(r'[^A-Za-z0-9.-]+', '_', model)}.html")
     with _unpacked(folders) as sweeps:
@@ -93,20 +89,20 @@ def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:
     text = page.with_suffix(".md")
     if text == page:
         raise InputError(
-            f"--out {page} would name both the page and its text: give the page another name, such as {page.stem}.html."
+            f"--out {page} would be both the page and its text. Give the page another name, such as {page.stem}.html."
         )
     for path, content in ((page, made.html()), (text, made.markdown())):
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(content, encoding="utf-8", newline="\n")
         except OSError as error:
-            raise InputError(f"'{path}' cannot be written ({error.strerror}): name another page with --out.") from error
+            raise InputError(f"'{path}' cannot be written ({error.strerror}). Name another file with --out.") from error
     print(f"card of {model} in {counted(len(made.settings), 'setting')}: {page}, {text}")
 
 
 @contextmanager
 def _unpacked(paths: Sequence[Path]) -> Iterator[list[Path]]:
-    """Yield the folders of sweeps; bundles are unpacked while they are read."""
+    """Yield the folders of sweeps; a bundle is unpacked into a temporary folder."""
     from foundry.trust.unbundling import unpack_bundle
 
     with TemporaryDirectory(prefix="foundry-card-") as name:
@@ -130,24 +126,22 @@ class Format(StrEnum):
 def export(
     what: Annotated[
         Format,
-        typer.Argument(
-            help="inspect: logs of Inspect; eee: records of Every Eval Ever; one per condition.", show_default=False
-        ),
+        typer.Argument(help="inspect: logs of Inspect; eee: records of Every Eval Ever."),
     ],
     folder: Folder,
     out: Annotated[
         Path | None,
-        typer.Argument(help="A new or an empty folder; default: below the sweep's analysis.", show_default=False),
+        typer.Argument(help="A new or an empty folder; default: analysis/export in the sweep."),
     ] = None,
     family: Family = None,
     config_dir: Mine = None,
 ) -> None:
     """Write a sweep for Inspect or Every Eval Ever.
 
-    An export holds runs, calls and declared measures. It leaves out servers and paths of this machine.
+    An export has one file per condition, with runs, calls and declared measures. It leaves out servers and paths of
+    this machine.
     """
     from foundry.exporting.writing import write
-    from foundry.storing.store import SweepFolder
 
     sweep = SweepFolder.open(folder)
     written = write(what.value, sweep, out, scores_of(sweep, family))
@@ -157,9 +151,9 @@ def export(
 
 
 def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
-    """Return the declared measures of a sweep's runs: the family, or else the declaration before the runs.
+    """Return the values of the measures that the option --family or else the preregistration names, for each run.
 
-    A probe has no such measures: its choices are compared by moment, and a mean over its runs would mean nothing.
+    A probe has no such measures, because its choices are compared by moment.
     """
     import pandas as pd
 
@@ -170,11 +164,10 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     from analysis.tables.comparison import compare
     from analysis.tables.signature_table import build_table
     from foundry.exporting.writing import Mean, Scores
-    from foundry.storing.preregistration import preregistration_of
 
     if is_probe(sweep):
         if family:
-            raise InputError(f"'{sweep.path}' is a probe, and probes are compared by moment. Leave out --family.")
+            raise InputError(f"'{sweep.path}' is a probe, which has no measures to export. Leave out --family.")
         return Scores((), {}, {})
     check_declared([sweep], family, None)
     runs, source = sweep.runs(), Source(sweep, sweep.path.name)

@@ -1,4 +1,4 @@
-"""Shows the results of an analysis."""
+"""Analyses sweeps, and prints the findings or, as JSON, the tables."""
 
 from __future__ import annotations
 
@@ -11,19 +11,25 @@ import msgspec
 
 from foundry.commands.application import bars, console, is_verbose, only_json, print_json, say
 from foundry.errors import InputError
+from foundry.storing.store import SweepFolder
 
 if TYPE_CHECKING:
     from analysis.probes import ProbeAnalysis
-    from foundry.storing.store import SweepFolder
 
 _TABLES = (
     "runs", "comparison", "contrasts", "variance", "retest", "equal_chances", "thresholds", "validation",
 )  # fmt: skip
-"""Tables of an analysis in the JSON output, each a list of rows."""
+"""Tables of an analysis that the JSON output contains, each as a list of rows."""
 
 
 def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:
-    """Analyse sweeps with the given options of `analysis.analyze`; print the findings below some lines."""
+    """Analyse sweeps with options of `analysis.analyze`, and print the findings.
+
+    Args:
+        folders: the sweeps' folders.
+        printed: number of lines that the command has already printed; they count towards the length of its output.
+        options: options of `analysis.analyze`.
+    """
     from analysis import analyze as analyze_folders
 
     with _watched() as watch:
@@ -37,7 +43,7 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
 
 
 def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
-    """Analyse sweeps with the given options of `analysis.analyze`; print all tables as one JSON object."""
+    """Analyse sweeps with options of `analysis.analyze`, and print all tables as one JSON object."""
     from analysis import analyze as analyze_folders
 
     with only_json(True):
@@ -55,8 +61,7 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
 
 
 def _prepare(folders: Sequence[Path]) -> None:
-    """Prepare the slow parts of the viewer's pages."""
-    from foundry.storing.store import SweepFolder
+    """Prepare the parts of the viewer's pages that take long."""
     from foundry.viewer.forms import prepare
 
     for folder in folders:
@@ -64,7 +69,7 @@ def _prepare(folders: Sequence[Path]) -> None:
 
 
 def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
-    """Return the analysis of a probe; None if the sweeps are not a probe."""
+
     probe = probe_in(folders, options)
     if probe is None:
         return None
@@ -75,23 +80,26 @@ def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis
 
 
 def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder | None:
-    """Return the probe if the folders are a probe; None for other sweeps."""
+    """Return the sweep of a probe, or None if none of the folders is a probe.
+
+    Raises:
+        InputError: a probe is given with other sweeps, or with options that a probe does not have.
+    """
     from analysis.load import is_probe
-    from foundry.storing.store import SweepFolder
 
     opened = [SweepFolder.open(folder) for folder in folders]
     if not any(map(is_probe, opened)):
         return None
     if len(opened) > 1:
-        raise InputError(f"'{folders[0]}' and others include a probe. Analyse a probe alone: foundry analyze FOLDER.")
+        raise InputError(f"One of {len(opened)} folders is a probe. Analyse a probe alone: foundry analyze FOLDER.")
     if any(value for name, value in options.items() if name not in ("family", "only", "without")):
-        raise InputError(f"'{folders[0]}' is a probe, which takes no margins, labels or --plots: leave them out.")
+        raise InputError(f"'{folders[0]}' is a probe, which has no margins, labels or --plots. Leave them out.")
     return opened[0]
 
 
 @contextlib.contextmanager
 def _watched() -> Iterator[Callable[[int, int], None] | None]:
-    """Show on a terminal how many runs have been measured; elsewhere show nothing."""
+    """Yield a function that shows, on a terminal, how many runs have been measured; None elsewhere."""
     screen = bars()
     if screen.quiet or not screen.is_terminal:
         yield None

@@ -36,27 +36,31 @@ from foundry.commands.application import (
 )
 from foundry.commands.showing import analyze_and_show
 from foundry.commands.view import check_view, watched
-from foundry.composing.settings import BASELINES, UNTIL
+from foundry.composing.settings import BASELINES, UNTIL, checked_settings
 from foundry.errors import InputError
+from foundry.expansion import Sweep, with_hosts
+from foundry.records import RunSummary
+from foundry.storing.determinism import told_of
+from foundry.storing.growing import check_declared, check_digests
+from foundry.storing.preregistration import conditions_of
+from foundry.storing.store import SweepFolder
+from foundry.texts import counted
 
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
     from foundry.composing.compose import Composed
     from foundry.composing.preparing import Checked
-    from foundry.expansion import Sweep
     from foundry.models.answers.answers import Answers
     from foundry.models.base import ModelInfo
-    from foundry.records import RunSummary
     from foundry.running.local import Runner
-    from foundry.storing.store import SweepFolder
 
 
 MOST_NAMES = 4
-"""Maximum number of table rows that a line names."""
+"""Number of comparisons that a line names; it counts the others."""
 
 
 def run_overrides(argv: Sequence[str]) -> int:
-    """Compose the overrides and play the runs; return the exit code."""
+    """Play the runs that a command line of `foundry` or `foundry -m` asks for; return the exit code."""
     composed = composed_here(argv)
     if composed is None:
         return EXIT_OK
@@ -64,12 +68,11 @@ def run_overrides(argv: Sequence[str]) -> int:
 
 
 def _run_until_answered(composed: Composed) -> int:
-    """Run a declared sweep look by look, up to the first look at which its question is answered."""
+    """Run a preregistered sweep up to the first interim look that answers its question."""
     from analysis import analyze
     from analysis.planned.holding import answered, open_rows
     from foundry.composing.preparing import checked, stages
     from foundry.storing.standing import failures
-    from foundry.texts import counted
 
     check_view(composed.settings["view"])
     path = Path(composed.settings["output"]["dir"] or "")
@@ -92,26 +95,25 @@ def _run_until_answered(composed: Composed) -> int:
 
 
 def _first_of(names: Sequence[str]) -> str:
-    """Return the first names, and the number of further names."""
     more = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:
-    """Return how each run of a sweep ended; its folder may contain further runs."""
-    from foundry.storing.store import SweepFolder
-
     own = {run.id for run in sweep.runs}
     return [run.summary() for run in SweepFolder.open(path).runs() if run.id in own]
 
 
 def _run_unanalyzed(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
-    """Run the remaining runs, without an analysis at the end."""
     return run_folder(folder, {**settings, "analyze": False}, infos, runner)
 
 
 def composed_here(argv: Sequence[str]) -> Composed | None:
-    """Compose a command line with the user's own defaults; print which defaults apply and which worlds are left out."""
+    """Compose a command line and the user's defaults; print which defaults apply and which worlds are left out.
+
+    Returns:
+        The composed sweep, or None if Hydra answered the command line itself, as with --help.
+    """
     from foundry.composing.compose import compose
     from foundry.composing.defaults import read_defaults
 
@@ -124,7 +126,7 @@ def composed_here(argv: Sequence[str]) -> Composed | None:
 
 
 def say_defaults(composed: Composed) -> None:
-    """Print, on the standard error, which of the user's defaults apply to a run."""
+    """Print, on standard error, which of the user's defaults apply to the composed runs."""
     from foundry import paths
 
     if composed.chosen and not is_quiet():
@@ -132,7 +134,7 @@ def say_defaults(composed: Composed) -> None:
 
 
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
-    """Check everything, prepare the folder, then play the runs."""
+    """Check a composed sweep, prepare its folder, play its runs, and return the exit code."""
     from foundry.composing.preparing import checked
 
     check_view(composed.settings["view"])
@@ -140,7 +142,7 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
 
 
 def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
-    """Run the remaining runs, then print how they ended, and return the exit code."""
+    """Play the runs of a folder that are not complete, print how they ended, and return the exit code."""
     from foundry.composing.preparing import job_of
     from foundry.display import ProgressDisplay
     from foundry.running.local import SweepInterrupted, SweepStopped
@@ -171,7 +173,6 @@ def _interrupted(folder: SweepFolder) -> int:
 
 
 def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, printed: int) -> int:
-    """Analyse the folder of an ended sweep, first running its baselines if requested; return the worst exit code."""
     from foundry.trust.unknown import own_packages
 
     if analyze == BASELINES:
@@ -182,13 +183,16 @@ def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, pr
 
 
 Run: TypeAlias = "Callable[[SweepFolder, Any, dict[str, ModelInfo], Runner], int]"
-"""Plays the unfinished runs of a folder with its settings and model facts; returns the exit code."""
+"""A function that plays the unfinished runs of a folder, given its settings, its models and a runner.
+
+It returns the exit code.
+"""
 
 
 def run_checked(
     found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
 ) -> int:
-    """Prepare the folder, then play the checked runs."""
+    """Prepare the folder of a checked sweep, play its runs, and return the exit code."""
     for line in found.notes:
         say(line)
     folder = found.create()
@@ -199,9 +203,6 @@ def run_checked(
 
 
 def _say_seeds_lacking(path: Path) -> None:
-    """Print which tests of a sweep need more seeds than it has, and how to add them."""
-    from foundry.storing.store import SweepFolder
-
     sweep = SweepFolder.open(path).sweep  # with the runs of earlier commands
     reach = sweep_reach(sweep)
     if reach is not None and not reach.is_enough:
@@ -211,7 +212,7 @@ def _say_seeds_lacking(path: Path) -> None:
 
 
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
-    """Run the scripted baselines of a sweep into the folder next to its runs; existing runs stay.
+    """Play the scripted baselines of a sweep in its subfolder `baselines`, except those that were played before.
 
     Returns:
         The exit code, which says whether a run failed or the sweep was stopped.
@@ -220,16 +221,15 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     from foundry.composing.baselines import baselines_of
     from foundry.composing.preflight import check
     from foundry.composing.preparing import local_runner, runner_of
-    from foundry.storing.store import SweepFolder
     from foundry.trust.unknown import check_sweep_targets
 
     opened = SweepFolder.open(path)
     if opened.moments_file.exists():
-        raise InputError(f"'{path}' is a probe, and probes have no baselines. Name the policies among its models.")
+        raise InputError(f"'{path}' is a probe, and probes have no baselines. Add the policies to its models instead.")
     check_sweep_targets(opened.sweep, {}, trusted)
     sweep = baselines_of(opened.sweep, policies_of)
     if not sweep.runs:
-        say(f"{opened.path} compares every baseline itself")
+        say(f"{opened.path} already contains every baseline")
         return EXIT_OK
     runner = local_runner(opened.settings["runner"])
     settings = {"runner": runner, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
@@ -241,17 +241,15 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
 
 
 def _going_on(folder: SweepFolder) -> str:
-    """Return the command that continues a sweep; a sweep with people among its models needs their page."""
+    """Return the command that continues a sweep; people answer on a page, which only `foundry play` serves."""
     from foundry.probing.sitting import people_in
 
     return f"foundry {'play' if people_in(folder.sweep) else 'resume'} {folder.path}"
 
 
 def _report_end(folder: SweepFolder) -> int:
-    """Print how the runs of a sweep ended, with notes on its replies and servers; return the exit code."""
     code, _ = _report_runs(folder)
-    _print_unread(folder)
-    _print_determinism(folder)
+    _print_judged(folder)
     return code
 
 
@@ -270,29 +268,22 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
     return EXIT_OK if is_whole else EXIT_FAILED, len(lines)
 
 
-def _print_unread(folder: SweepFolder) -> None:
-    """Print which models have many unreadable replies."""
+def _print_judged(folder: SweepFolder) -> None:
+    """Print which models have many unreadable replies, and whether the servers are deterministic."""
     from foundry.storing.standing import unread
 
-    for one in unread(folder.runs()):
-        print("\n".join(one.lines()))
-
-
-def _print_determinism(folder: SweepFolder) -> None:
-    """Print whether the servers are deterministic."""
-    from foundry.storing.determinism import told_of
-
-    for one in told_of(folder):
-        print(one.line())
+    for replies in unread(folder.runs()):
+        print("\n".join(replies.lines()))
+    for server in told_of(folder):
+        print(server.line())
 
 
 def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
-    """Return the differences that the tests of a sweep can detect; None without a comparison, or for a probe."""
+    """Return how small a difference the tests of a sweep can find; None if it compares nothing or is a probe."""
     if len(sweep.conditions) < 2:
         return None
     from analysis.planned.reach import reach_of
     from foundry.composing.preflight import declare
-    from foundry.storing.preregistration import conditions_of
     from foundry.worlds.probe.probe_world import ProbeScenario
 
     known = sweep if all(condition.declared for condition in sweep.conditions) else declare(sweep)
@@ -308,13 +299,16 @@ def existing_answers(composed: Composed) -> Answers | None:
 
 
 def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
-    """Return the facts from the servers, or no facts and the reason, since a plan works without a server."""
+    """Return the facts about a sweep's models from their servers, and "".
+
+    A plan also works without a server: then the facts are empty, and the second value says why.
+    """
     from foundry.composing.preflight import check
 
     try:
         return check(sweep), ""
     except InputError as error:
-        return {}, f"The sweep could not start now: {error}"
+        return {}, f"If the sweep started now, it would fail: {error}"
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
@@ -327,14 +321,13 @@ def resume(
 ) -> None:
     """Continue a sweep, and add seeds, models, prompts or worlds.
 
-    Complete runs stay, and no answer is asked for again.
+    Complete runs are kept, and no question is asked twice.
 
     foundry resume outputs/pilot
 
     foundry resume outputs/pilot seed=10-19 adds seeds to every condition; model=gemma3:4b adds a model
 
-    Takes the overrides of a sweep; all other settings are the recorded ones. OLLAMA_HOST and OPENAI_BASE_URL replace
-    the recorded servers.
+    Settings that you do not override stay as recorded. OLLAMA_HOST and OPENAI_BASE_URL replace the recorded servers.
     """
     trusted = trust_targets or ()
     if overrides:
@@ -343,11 +336,9 @@ def resume(
 
 
 def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = run_folder) -> int:
-    """Check that a sweep has not changed, then play its missing runs; return the exit code."""
+    """Check that the parts of a sweep have not changed, play its missing runs, and return the exit code."""
     from foundry.composing.preflight import check, check_begun, declare
     from foundry.composing.preparing import model_lines, runner_of
-    from foundry.composing.settings import checked_settings
-    from foundry.storing.growing import check_declared, check_digests
 
     opened = open_to_run(folder, trusted, trust_servers)
     settings = checked_settings(opened.settings)
@@ -360,7 +351,6 @@ def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = 
 
 
 def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_servers: bool) -> int:
-    """Continue a sweep, then play the runs that the overrides add; return the exit code."""
     from foundry.composing.defaults import read_defaults
     from foundry.composing.preparing import checked
     from foundry.composing.recorded import compose_growth
@@ -378,8 +368,7 @@ def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_s
 
 
 def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> SweepFolder:
-    """Open a sweep to run it, after checking that its recorded settings build and contact only trusted things."""
-    from foundry.storing.store import SweepFolder
+    """Open a recorded sweep to run it, after checking that it builds only trusted classes and calls trusted servers."""
     from foundry.trust.unknown import check_models, check_settings, check_sweep_targets
 
     opened = SweepFolder.open(folder)
@@ -393,9 +382,7 @@ def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> Sw
 
 
 def reached_now(sweep: Sweep) -> Sweep:
-    """Return a recorded sweep with its models at the servers that the environment names, if any."""
-    from foundry.expansion import with_hosts
-
+    """Return a recorded sweep; servers named by OLLAMA_HOST and OPENAI_BASE_URL replace its recorded servers."""
     for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
         if variable in os.environ:
             sweep = with_hosts(sweep, os.environ[variable], key)
@@ -404,23 +391,27 @@ def reached_now(sweep: Sweep) -> Sweep:
 
 @app.command(rich_help_panel=RUN)
 def status(
-    place: Annotated[str, folder_text("A sweep's folder, or output.dir=DIR; with --fetch, the URL of runner.remote.")],
-    fetch: Annotated[
-        Path | None, typer.Option(help="First fetch the ended runs from the URL into this folder.")
-    ] = None,
+    place: Annotated[
+        str,
+        typer.Argument(
+            help="A sweep's folder; with --fetch, the URL that was its runner.remote.",
+            metavar="DIR|URL",
+            parser=folder_text,
+        ),
+    ],
+    fetch: Annotated[Path | None, typer.Option(help="First copy the ended runs from the URL into this folder.")] = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
     """Show the progress of a sweep, and why runs failed.
 
-    foundry status s3://bucket/prefix --fetch outputs/mine fetches the runs of a URL, to analyse or resume them here.
+    foundry status s3://bucket/prefix --fetch outputs/mine copies runs from a URL, to analyse or resume them here.
     """
     from foundry.display import failure_lines, status_table
     from foundry.storing.standing import failures, standings
-    from foundry.storing.store import SweepFolder
 
     if fetch is None and "://" in place:
-        raise InputError(f"'{place}' is a URL. Fetch its runs into a folder: foundry status {place} --fetch DIR")
+        raise InputError(f"'{place}' is a URL. Copy its runs into a folder: foundry status {place} --fetch DIR")
     with only_json(json):
         whole = fetch is None or _fetched(place, fetch)
     opened = SweepFolder.open(fetch or Path(place))
@@ -432,27 +423,25 @@ def status(
         console().print(status_table(found))
         for line in failure_lines(failed, None) if is_verbose() else failure_lines(failed):
             print(f"failed {line}")
-        _print_unread(opened)
-        _print_determinism(opened)
+        _print_judged(opened)
     raise typer.Exit(EXIT_OK if whole else EXIT_FAILED)
 
 
 def _fetched(url: str, folder: Path) -> bool:
-    """Fetch the runs that have ended at a URL into a folder; return whether all of them were undamaged."""
+    """Copy the ended runs at a URL into a folder; return False if a run there is damaged."""
     from foundry.running.remote import fetch
 
     fetched = fetch(url, folder)
     runs = fetched.folder.runs()
     ended = sum(run.ended for run in runs)
-    print(f"{len(fetched.runs)} runs fetched; {ended} of {len(runs)} ended in {fetched.folder.path}")
+    print(f"{len(fetched.runs)} runs fetched; {ended} of {len(runs)} runs in {fetched.folder.path} have ended")
     if fetched.damaged:
-        print(f"  not whole at {url}, and left out: {', '.join(fetched.damaged)}")
+        print(f"  damaged at {url}, so not fetched: {', '.join(fetched.damaged)}")
     return not fetched.damaged
 
 
 def _judged(folder: SweepFolder) -> dict[str, Any]:
-    """Return notes on the replies and the server of each model."""
-    from foundry.storing.determinism import told_of
+    """Return, for JSON, the models with many unreadable replies, and whether the servers are deterministic."""
     from foundry.storing.standing import unread
 
     lost = [

@@ -1,8 +1,8 @@
-"""Commands that verify, compare, continue and pass on recorded runs."""
+"""Commands about recorded runs: verify, diff, bundle, unbundle and fork."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,7 +23,6 @@ from foundry.commands.application import (
     Trusted,
     TrustedServers,
     app,
-    bars,
     console,
     folder_argument,
     for_screen,
@@ -32,10 +31,11 @@ from foundry.commands.application import (
     only_json,
     print_json,
     say_notes,
+    with_bar,
 )
+from foundry.storing.store import find_run, runs_at
 
 if TYPE_CHECKING:
-    from foundry.storing.store import RunFolder, SweepFolder
     from foundry.trust.comparing import Drift
     from foundry.trust.verifying import Verdict, Verified
 
@@ -43,26 +43,31 @@ if TYPE_CHECKING:
 @app.command(rich_help_panel=TRUST)
 def verify(
     path: Annotated[Path, folder_argument("A sweep's folder, or a run's.", "DIR|RUN")],
-    frames: Annotated[bool, typer.Option("--frames", help="Also draw kept frames again and compare them.")] = False,
+    frames: Annotated[
+        bool, typer.Option("--frames", help="Also draw the stored frames again, and compare them.")
+    ] = False,
     workers: Annotated[int | None, typer.Option(help="Number of processes; default: one per core.", min=1)] = None,
     json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Play recorded runs again, and compare every byte.
+    """Play recorded runs again from their recorded answers, and compare every byte.
 
-    Needs no server. The exit code is 3 if a record differs, if another reader or renderer recorded it, or if other
-    weights answered some of the runs.
+    Needs no server. The exit code is 3 if a record differs, if it needs another version of foundry or another renderer,
+    or if a model's weights differ between runs.
     """
-    from foundry.storing.store import runs_at
+    import joblib
+
     from foundry.trust.summaries import weights_apart
     from foundry.trust.unknown import check_sweep_targets
     from foundry.trust.verifying import Verdict
+    from foundry.trust.verifying import verify as verify_runs
 
     folder, runs = runs_at(path)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
     with only_json(json):
-        results = sorted(_shown(_verified(folder, runs, frames, workers), len(runs)), key=lambda one: one.run)
+        found = verify_runs(folder, runs, workers=min(workers or joblib.cpu_count(), len(runs)), frames=frames)
+        results = sorted(with_bar(found, "verifying", len(runs)), key=lambda one: one.run)
     counts = {verdict: sum(one.verdict == verdict for one in results) for verdict in Verdict}
     apart = list(weights_apart(runs))
     if json:
@@ -88,40 +93,16 @@ def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) ->
     print(f"{len(results)} runs: {', '.join(verdicts)}; {lines:,} lines and {calls:,} questions compared")
 
 
-def _verified(folder: SweepFolder, runs: Sequence[RunFolder], frames: bool, workers: int | None) -> Iterator[Verified]:
-    import joblib
-
-    from foundry.trust.verifying import verify as verify_runs
-
-    return verify_runs(folder, runs, workers=min(workers or joblib.cpu_count(), len(runs)), frames=frames)
-
-
-def _shown(results: Iterator[Verified], total: int) -> Iterator[Verified]:
-    """Yield results while a bar counts them."""
-    from rich.progress import track
-
-    screen = bars()
-    return iter(
-        track(results, "verifying", total=total, console=screen, transient=True, disable=not screen.is_terminal)
-    )
-
-
 _ROWS = 20
 """Maximum number of steps in the table of a comparison."""
 
 
 @app.command(rich_help_panel=TRUST)
-def diff(
-    one: OneRun,
-    other: OneRun,
-    json: AsJson = False,
-    config_dir: Mine = None,
-) -> None:
-    """Show where two runs differ first, and how they drift apart.
+def diff(one: OneRun, other: OneRun, json: AsJson = False, config_dir: Mine = None) -> None:
+    """Show the first difference of two runs, and how far they are apart at each step after it.
 
-    Compares questions, answers and states, then the distance step by step.
+    Compares questions, answers and states.
     """
-    from foundry.storing.store import find_run
     from foundry.trust.comparing import compare
 
     left, right = find_run(one), find_run(other)
@@ -138,7 +119,7 @@ def diff(
 
 
 def _print_drift(drift: Sequence[Drift]) -> None:
-    """Print steps from the first difference on: at most a given number, evenly spaced, including the last step."""
+    """Print a table of the steps from the first difference on: at most _ROWS of them, evenly spaced, with the last."""
     from rich.table import Table
 
     first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)
@@ -160,7 +141,7 @@ def _is_apart(row: Drift) -> bool:
 
 
 def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
-    """Return the columns of the table; a column that the form lacks is empty."""
+    """Return the columns of the table as texts; all cells of a column are empty if the form of the runs lacks it."""
 
     def column(name: str, form: str) -> list[str]:
         values = [getattr(row, name) for row in rows]
@@ -180,16 +161,14 @@ def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
 @app.command(rich_help_panel=TRUST)
 def bundle(
     folder: Folder,
-    out: Annotated[
-        Path, typer.Argument(metavar="FILE", help="The file to write, such as pilot.tar.zst.", show_default=False)
-    ],
+    out: Annotated[Path, typer.Argument(metavar="FILE", help="The file to write, such as pilot.tar.zst.")],
     notes: Noted = False,
     config_dir: Mine = None,
 ) -> None:
     """Pack a sweep into one file for a reviewer.
 
-    Holds records, answers, images, scenes and digests. The same sweep gives the same bytes. Leaves out servers, home
-    folders and paths of this machine.
+    The file contains records, answers, images, scenes and digests. Addresses of servers and paths of this machine are
+    left out. The same sweep always gives the same bytes.
     """
     from foundry.trust.bundling import write_bundle
 
@@ -201,14 +180,14 @@ def bundle(
 
 @app.command(rich_help_panel=TRUST)
 def unbundle(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A bundle.", show_default=False)],
-    folder: Annotated[Path | None, folder_argument("A new folder; default: the name of the bundle.", "DIR")] = None,
-    limit: Annotated[float, typer.Option(help="Largest unpacked size in GiB.", min=0.0)] = 16.0,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A bundle.")],
+    folder: Annotated[Path | None, folder_argument("A new folder; default: the name of the bundle.")] = None,
+    limit: Annotated[float, typer.Option(help="Maximum size of the unpacked files, GiB.", min=0.0)] = 16.0,
     config_dir: Mine = None,
 ) -> None:
-    """Unpack a bundle, and check every name, size and digest.
+    """Unpack a bundle, and check the name, size and digest of every file.
 
-    foundry verify and foundry analyze then work on it.
+    foundry verify and foundry analyze can then read the folder.
     """
     from foundry.trust.unbundling import GIB, unpack_bundle
 
@@ -222,20 +201,19 @@ def fork(
     run: OneRun,
     overrides: Overrides = None,
     *,
-    at: Annotated[int, typer.Option(help="The first new step, from 2.", show_default=False)],
+    at: Annotated[int, typer.Option(help="The first step that is played again, at least 2.")],
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Continue a recorded run with another model, prompt or world.
+    """Continue a recorded run from a step with another model, prompt or world.
 
-    The steps before are shared with the recorded run.
+    The new runs share all earlier steps with the recorded run.
 
     foundry fork outputs/pilot/runs/<run> --at 20 -m model=qwen3:4b,llama3.2 sampling_seed=0-4
     """
     from foundry.commands.sweeps import run_composed, say_defaults
     from foundry.composing.defaults import read_defaults
-    from foundry.storing.store import find_run, runs_at
     from foundry.trust.forking import compose_fork, keep_origin
     from foundry.trust.unknown import check_models, check_sweep_targets
 

@@ -1,4 +1,4 @@
-"""The command that shows recorded runs in a browser."""
+"""The command view, which shows recorded runs in a browser; and pages on which people answer or label."""
 
 from __future__ import annotations
 
@@ -12,23 +12,21 @@ import typer
 
 from foundry.commands.application import LOOK, Mine, Noted, Trusted, app, folder_argument, say_notes
 from foundry.errors import InputError
+from foundry.storing.store import SweepFolder, sweeps_in
 
 if TYPE_CHECKING:
     import threading
 
     from foundry.labels.desk import LabelDesk
     from foundry.models.human.desk import Desk
-    from foundry.storing.store import SweepFolder
 
 Host = Annotated[
     str,
-    typer.Option(
-        help="Address of the page; with any other address than the default, other machines can open the page."
-    ),
+    typer.Option(help="Address of the page. Other machines can open the page if you change it."),
 ]
 Port = Annotated[
     int | None,
-    typer.Option(min=0, max=65535, help="Port of the page; default: 8600 or the next free one; 0: any."),
+    typer.Option(min=0, max=65535, help="Port of the page; default: 8600 or the next free port; 0: any free port."),
 ]
 Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 
@@ -39,7 +37,7 @@ def view(
         Path | None,
         folder_argument("A sweep's folder, or a folder of sweeps; default: the newest sweep in outputs/.", "DIR"),
     ] = None,
-    export: Annotated[Path | None, typer.Option(help="Write the page as files into this folder instead.")] = None,
+    export: Annotated[Path | None, typer.Option(help="Instead, write the page as files into this folder.")] = None,
     notes: Noted = False,
     host: Host = "127.0.0.1",
     port: Port = None,
@@ -56,14 +54,14 @@ def view(
 
 
 def check_view(asked: object) -> None:
-    """Reject an unknown setting `view` before anything is written."""
+    """Raise an error if the setting `view` has an unknown value; commands call this before they write anything."""
     if asked not in (None, "live"):
         raise InputError(f"view must be null or live; got {asked}. To look at recorded runs, use foundry view.")
 
 
 @dataclass(frozen=True)
 class AskingPage:
-    """The address of the page for people, and whether a browser opens it."""
+    """Serves a page to people: its address, and whether a browser opens it."""
 
     host: str
     port: int | None
@@ -73,60 +71,61 @@ class AskingPage:
     def shown(
         self, desk: Desk, told: str, *, leave: Callable[[], None], **watching: Callable[[], Any]
     ) -> Iterator[None]:
-        """Serve the page while the block runs, and a moment longer if the page is open.
+        """Serve the page of questions within this context, and a moment longer if the page is open.
 
         Args:
             desk: the desk at which questions wait.
-            told: text for the person before the first question.
-            leave: function that is called when the person ends the sitting.
-            watching: `look` and `far` of the server.
+            told: text that the person reads before the first question.
+            leave: function that is called when the person stops answering.
+            watching: the functions `look` and `far` of the server.
         """
-        from foundry.viewer.http import is_loopback, open_in_browser, running
+        from foundry.viewer.http import running
         from foundry.viewer.people.people_server import PeopleServer
 
         with running(PeopleServer(desk, told, leave=leave, host=self.host, port=self.port, **watching)) as server:
-            if not is_loopback(self.host):
-                print("Warning: anyone with this address can answer, and the connection is not encrypted.")
-            print(f"answer at {server.url} (Ctrl-C ends; answers are kept)", flush=True)
-            if self.browser:
-                open_in_browser(server.url)
+            self._announce("answer", server.url, "Ctrl-C ends; answers are kept")
             yield
             server.farewell()
 
     @contextmanager
     def labelling(self, desk: LabelDesk, title: str) -> Iterator[threading.Event]:
-        """Serve the page of labels while the block runs; yield an event that is set once everybody has ended.
+        """Serve the page of labels within this context; yield an event that is set once all people have ended.
 
         Args:
             desk: the desk at which texts wait.
-            title: subject of the labels.
+            title: title of the page, such as "label: warning".
         """
-        from foundry.viewer.http import is_loopback, open_in_browser, running
+        from foundry.viewer.http import running
         from foundry.viewer.people.label_server import LabelServer
 
         with running(LabelServer(desk, title, host=self.host, port=self.port)) as server:
-            if not is_loopback(self.host):
-                print("Warning: anyone with this address can label, and the connection is not encrypted.")
-            print(f"label at {server.url} (until all people have ended, or Ctrl-C; all labels are kept)", flush=True)
-            if self.browser:
-                open_in_browser(server.url)
+            self._announce("label", server.url, "until all people have ended, or Ctrl-C; all labels are kept")
             yield server.ended
+
+    def _announce(self, task: str, url: str, end: str) -> None:
+        from foundry.viewer.http import is_loopback, open_in_browser
+
+        if not is_loopback(self.host):
+            print(f"Warning: anyone with this address can {task}, and the connection is not encrypted.")
+        print(f"{task} at {url} ({end})", flush=True)
+        if self.browser:
+            open_in_browser(url)
 
 
 def told_to(people: Sequence[str], where: str) -> str:
-    """Return the text before the first question."""
+    """Return the text that people read before the first question."""
     under = "this name" if len(people) == 1 else "the name shown with each question"
     return (
-        f"You answer as {' and '.join(people)}. What you send is recorded under {under}, with the seconds that each "
+        f"You answer as {' and '.join(people)}. Your answers are recorded under {under}, with the seconds that each "
         f"answer took, in the sweep '{where}' and in its cache of answers.\n"
-        "Nothing else about you is recorded. You may stop at any time and go on another day; what you sent stays.\n"
+        "Nothing else about you is recorded. You may stop at any time and go on another day; your answers are kept.\n"
         "If you agree to this, begin."
     )
 
 
 @contextmanager
 def watched(folder: SweepFolder, asked: object) -> Iterator[None]:
-    """Serve the page of a sweep while it runs, if requested; the page may build the sweep's worlds."""
+    """Serve the page of a running sweep within this context, if the setting `view` asks for it."""
     if asked is None:
         yield
         return
@@ -141,16 +140,13 @@ def watched(folder: SweepFolder, asked: object) -> Iterator[None]:
 
 
 def _newest() -> Path:
-    from foundry.storing.store import sweeps_in
-
     outputs = Path("outputs")
     if not outputs.is_dir():
-        raise InputError("No folder outputs/ here. Name a sweep's folder, as in foundry view outputs/<sweep>.")
+        raise InputError("No folder outputs/ here. Name a sweep's folder, as in foundry view DIR.")
     return sweeps_in(outputs)[0]
 
 
 def _export(root: Path, out: Path, trusted: Sequence[str], *, notes: bool) -> None:
-    from foundry.storing.store import sweeps_in
     from foundry.viewer.export import export
 
     exported = export(root, out, trusted, notes=notes, is_warning=_is_warning)
@@ -159,7 +155,6 @@ def _export(root: Path, out: Path, trusted: Sequence[str], *, notes: bool) -> No
 
 
 def _is_warning(text: str, fires: tuple[str, ...]) -> bool | None:
-    """Return whether a text is a warning by the analysis's rule; the rule is loaded on first use."""
     from analysis.labelling.warning_rule import is_warning
 
     return is_warning(text, fires)
@@ -171,7 +166,7 @@ def _serve(root: Path, *, host: str, port: int | None, browser: bool, trusted: S
 
     server = ViewServer(root, host=host, port=port, trusted=trusted, is_warning=_is_warning)
     if not is_loopback(host):
-        print(f"Warning: whoever reaches {host} can read every prompt and reply in '{root}'.")
+        print(f"Warning: anyone who can open {host} can read every prompt and reply in '{root}'.")
     print(f"{root} is shown at {server.url} (Ctrl-C ends)", flush=True)
     if browser:
         open_in_browser(server.url)

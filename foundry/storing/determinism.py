@@ -1,4 +1,4 @@
-"""The check whether servers are deterministic: repeats of recorded calls, and the number of equal replies."""
+"""The results of repeating recorded calls, which show whether a server gives the same reply again."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -15,9 +15,9 @@ from foundry.texts import visible
 
 DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
-"""The setting for the number of recorded calls per served model that are repeated; 0 for none."""
+"""The setting for the number of calls of each served model that are repeated; 0 repeats none."""
 AUTO = "auto"
-"""Value of SETTING that limits the repeats relative to the calls of the sweep."""
+"""The value of SETTING with which foundry repeats about 2 % of a model's calls."""
 _CALLS_PER_REPEAT = 50
 _LEAST, _MOST = 2, 10
 """Minimum and maximum number of a model's recorded calls that AUTO repeats."""
@@ -25,11 +25,11 @@ _LEAST, _MOST = 2, 10
 
 @dataclass(frozen=True)
 class Budget:
-    """The numbers of calls by which the determinism of a model is measured.
+    """The number of calls that measure whether a model is deterministic.
 
     Attributes:
         again: number of recorded calls that are repeated, once alone and once under load.
-        beside: number of other recorded calls that make the load, in flight at the same time.
+        beside: number of further recorded calls that are sent at the same time, as load.
     """
 
     again: int
@@ -37,7 +37,7 @@ class Budget:
 
     @classmethod
     def of(cls, setting: int | str, calls: int, in_flight: int) -> "Budget":
-        """Return the budget of a model; AUTO spends 2 % of its calls, at least 4."""
+        """Return the budget of a model; for AUTO it is 2 % of its calls, but at least 4 calls."""
         if isinstance(setting, int):
             again = min(setting, calls)
             return cls(again, min(in_flight, calls - again))
@@ -50,8 +50,8 @@ class Again(msgspec.Struct, frozen=True, kw_only=True):
     """The result of a repeated call.
 
     Attributes:
-        text: text of the reply; null if text and ending equal the recorded reply's.
-        alike: whether the decision equals the recorded one; null if the call alone decides nothing, as in talk.
+        text: text of the new reply; null if its text and ending equal those of the recorded reply.
+        alike: whether the decision equals the recorded one; null if the call decides nothing alone, as in talk.
     """
 
     text: str | None = None
@@ -59,7 +59,7 @@ class Again(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Repeat(msgspec.Struct, frozen=True, kw_only=True):
-    """A recorded call with its repeats, alone and under load."""
+    """The results of repeating a recorded call, alone and under load."""
 
     run: str
     step: int
@@ -70,7 +70,7 @@ class Repeat(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Share(msgspec.Struct, frozen=True):
-    """A number of equal replies out of a total."""
+    """The number of equal replies, out of a total."""
 
     equal: int
     of: int
@@ -80,7 +80,7 @@ class Share(msgspec.Struct, frozen=True):
 
 
 class Score(msgspec.Struct, frozen=True):
-    """The shares of equal texts and of equal decisions; only comparable decisions count."""
+    """The shares of equal texts and of equal decisions; calls that decide nothing alone have no decision."""
 
     texts: Share
     decisions: Share
@@ -90,10 +90,10 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
     """The repeated calls of a served model (`determinism.json`).
 
     Attributes:
-        of: name of the model in tables; for a member of a population, the population's name.
-        parameters: settings, other than messages and seed, that affect its answers.
+        of: name of the model in tables; a member of a population has the population's name.
+        parameters: all settings of the calls that affect answers, except messages and seed.
         measured: time of the measurement, ISO 8601, UTC.
-        at_once: number of calls in flight under load.
+        at_once: number of calls that were sent at the same time as load.
     """
 
     model: str
@@ -105,22 +105,22 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def alone(self) -> Score:
-        """Score of the repeats one at a time."""
+        """Score of the calls that were repeated one after another."""
         return _score([call.alone for call in self.calls])
 
     @property
     def loaded(self) -> Score:
-        """Score of the repeats under load."""
+        """Score of the calls that were repeated at the same time."""
         return _score([call.loaded for call in self.calls])
 
     @property
     def least(self) -> Share:
-        """The share of equal texts, one at a time or under load, whichever is smaller."""
+        """The smaller share of equal texts: alone, or under load."""
         return min(self.alone.texts, self.loaded.texts, key=lambda share: share.equal)
 
     @property
     def exact(self) -> bool:
-        """True if every text is the same."""
+        """True if every repeated call gave the recorded text."""
         return self.least.equal == self.least.of
 
     def line(self) -> str:
@@ -138,7 +138,7 @@ def _score(found: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return a remark, with the smallest share, for each model in tables with a server that is not deterministic."""
+    """Return a remark, with the smallest share, for each model in tables whose server is not deterministic."""
     least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
     worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
@@ -149,7 +149,7 @@ class _File(msgspec.Struct):
 
 
 def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Mapping[str, Any]) -> bool:
-    """Return whether a model with this name in tables was measured with these parameters."""
+    """Return whether a model was measured with these parameters, under this name in tables (`of`)."""
     key = settings_key(parameters)
     return any(
         (measured.of, measured.model, settings_key(measured.parameters)) == (of, model, key) for measured in repeats
@@ -157,7 +157,10 @@ def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Map
 
 
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
-    """Return how many of a run's calls these models' servers answered; agents of a population count evenly."""
+    """Return how many calls of a run the servers of these models answered.
+
+    For a population, all agents are assumed to have made equally many calls.
+    """
     agents = sum(len(member.agents) for member in summary.members)
     served_agents = sum(len(member.agents) for member in summary.members if member.model in served)
     calls = summary.counts.calls * served_agents // agents if agents else summary.counts.calls
@@ -171,33 +174,33 @@ def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
 
 
 def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
-    """Write the measurements."""
+    """Write the measurements of a sweep's served models."""
     content = msgspec.json.format(msgspec.json.encode(_File(tuple(repeats))), indent=1)
     with storing(folder.path / DETERMINISM_FILE):
         write_atomically(folder.path / DETERMINISM_FILE, content + b"\n")
 
 
 def claim_repeats(folder: SweepFolder) -> AbstractContextManager[bool]:
-    """Reserve the measurement for this process, since several commands may run a sweep; yield whether that worked."""
+    """Reserve the measurement for this process, as several commands may run a sweep; the context yields if it could."""
     return claimed(folder.path / "locks" / "determinism.lock")
 
 
 @dataclass(frozen=True)
 class Told:
-    """A served model's name, and its measurement or the reason why there is none."""
+    """The name of a served model, and its measurement or the reason why it was not measured."""
 
     name: str
     repeats: Repeats | None
     why: str = ""
 
     def line(self) -> str:
-        """Return one line that is safe to show on a terminal."""
+        """Return the result in one line, with control characters escaped."""
         said = f"determinism not measured: {self.why}" if self.repeats is None else self.repeats.line()
         return f"{visible(self.name)}: {said}"
 
 
 def told_of(folder: SweepFolder) -> list[Told]:
-    """Return the result for each served model; empty without served models or if the check is off."""
+    """Return the result for each served model of a sweep; empty if it has none or if the check is switched off."""
     measured = repeats_of(folder)
     lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
@@ -211,7 +214,7 @@ def told_of(folder: SweepFolder) -> list[Told]:
 
 
 def _why(runs: Iterable[RunFolder]) -> str:
-    """Return the reason why a model was not measured, given its runs."""
+
     summaries = [run.summary() for run in runs]
     complete = [one for one in summaries if one is not None and one.status == "complete"]
     if len(complete) < len(summaries):
@@ -222,7 +225,7 @@ def _why(runs: Iterable[RunFolder]) -> str:
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:
-    """Return a name for each model; models of one name get their different settings too."""
+    """Return a name for each measured model; if models share a name, their different settings are added."""
     settings = [dict(leaves(one.parameters)) for one in measured]
     names = []
     for one, own in zip(measured, settings, strict=True):

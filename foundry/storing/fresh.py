@@ -1,4 +1,4 @@
-"""Finds and checks folders for new sweeps."""
+"""Makes and checks the folders of new sweeps."""
 
 import contextlib
 import datetime
@@ -13,18 +13,18 @@ SWEEP_FILE = "sweep.yaml"
 MULTIRUN_FILE = "multirun.yaml"
 PREREGISTRATION_FILE = "preregistration.yaml"
 _PROBE = ".probe."
-"""Prefix of the files that test whether a folder is writable."""
+"""Prefix of the files by which foundry tests whether a folder is writable."""
 
 
 def fresh_folder(root: Path) -> Path:
-    """Create and return a new folder under `root`, named by the time."""
+    """Create a new folder in `root` that is named by the present time, and return it."""
     stamp = datetime.datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
     for suffix in ("", *(f"_{number}" for number in range(2, 1000))):
         candidate = root / (stamp + suffix)
         with contextlib.suppress(FileExistsError):
             candidate.mkdir(parents=True)
             return candidate
-    raise InputError(f"No new folder could be made under '{root}'. Name one with output.dir=...")
+    raise InputError(f"No new folder could be made in '{root}'. Name one with output.dir=DIR.")
 
 
 def is_sweep(path: Path) -> bool:
@@ -33,7 +33,7 @@ def is_sweep(path: Path) -> bool:
 
 
 def ensure_writable(path: Path) -> None:
-    """Create the folder and check that it is writable."""
+    """Create a folder if it does not exist, and check that it is writable."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / f"{_PROBE}{os.getpid()}"
@@ -49,9 +49,9 @@ def ensure_writable(path: Path) -> None:
 
 
 def check_own(path: Path) -> None:
-    """Reject a folder that contains files other than those of a sweep, or of a command that is beginning this sweep."""
+    """Reject the folder of a new sweep if it contains files that foundry did not write there."""
     own = (MULTIRUN_FILE, PREREGISTRATION_FILE, "locks")
     others = [entry.name for entry in path.iterdir() if entry.name not in own]
     begun = (_PROBE, f".{SWEEP_FILE}.", f".{MULTIRUN_FILE}.")
     if not all(name.startswith(begun) for name in others) and not is_sweep(path):
-        raise InputError(f"output.dir='{path}' contains files of no sweep. Name an empty or a new folder.")
+        raise InputError(f"output.dir='{path}' contains files that are not a sweep. Name an empty or a new folder.")

@@ -1,4 +1,4 @@
-"""Adds conditions and seeds to a recorded sweep; existing runs never change."""
+"""Adds conditions and seeds to a recorded sweep; recorded runs never change."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -25,8 +25,9 @@ class Growth:
     """A recorded sweep and a request for more runs.
 
     Attributes:
-        asked: the requested sweep; parts of it may already be recorded.
-        sweep: both sweeps together; recorded conditions come first, in their order and unchanged.
+        there: the recorded sweep.
+        asked: the requested sweep; some of its runs may already be recorded.
+        sweep: both sweeps together; the recorded conditions come first, in their order.
     """
 
     there: Sweep
@@ -35,26 +36,29 @@ class Growth:
 
     @cached_property
     def new(self) -> frozenset[str]:
-        """Ids of the new runs."""
+        """Ids of the requested runs that are not recorded."""
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
-        """Return the sweep to write; its history contains the request and the time (ISO 8601, UTC)."""
+        """Return the sweep with both parts; its history has the request, with its time (ISO 8601, UTC)."""
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
-        """Return notes for the user before the sweep runs, one line each."""
+        """Return lines for the user before the sweep runs; `name` is the name of its folder."""
         if not self.new:
             return []
-        return [f"{name} holds {len(self.there.runs)} runs and grows by {len(self.new)}"]
+        return [f"{name} has {len(self.there.runs)} runs; {len(self.new)} runs are added"]
 
 
 def growth(there: Sweep, asked: Sweep) -> Growth:
-    """Return the growth of a recorded sweep by a request.
+    """Add the runs of a request to a recorded sweep.
 
-    Conditions are equal if all settings that determine their runs are equal. A new world, model or prompt needs a new
-    name. If it has a recorded name, it must have the recorded settings, except settings with several values in the
-    sweep or request.
+    A world, model or prompt with a recorded name must have the recorded settings. Only the settings that have several
+    values in the sweep or in the request may differ.
+
+    Raises:
+        InputError: settings differ, or a probe and whole runs would be mixed.
+        RecordError: a requested run was recorded under another id.
     """
     _check_kind(there, asked)
     _check_agrees(there, asked)
@@ -78,7 +82,7 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
 
 
 def check_declared(there: Sweep, now: Sweep) -> None:
-    """Raise an error if worlds of a sweep now declare other records."""
+    """Raise an error if a world of the sweep now declares other records than when the sweep began."""
     declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
     for run in there.runs:
         then = there.conditions[run.condition]
@@ -90,7 +94,7 @@ def check_declared(there: Sweep, now: Sweep) -> None:
 
 
 def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[str, Any]]) -> None:
-    """Raise an error if a model of a sweep now has other weights."""
+    """Raise an error if a model of the sweep now has other weights than when the sweep began."""
     before = {model["name"]: model for model in there}
     for model in models:
         begun = before.get(model["name"])
@@ -103,9 +107,9 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
 
 
 def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Return whether two entries of models may have the same weights; the server's flags do not count.
+    """Return whether two recorded models may have the same weights; flags of the server do not count.
 
-    A canary's result does not count either, since canary calls are made again before any other call.
+    Results of canary calls do not count either, because these calls are made again before any other call.
     """
     identities = [line.get("weights") or line["digest"] for line in (then, now)]
     told = [identity and listed(identity) for identity in identities]
@@ -117,7 +121,7 @@ def _key(condition: Condition) -> str:
 
 
 def _check_kind(there: Sweep, asked: Sweep) -> None:
-    """Raise an error for a mix of a probe and whole runs, since their results cannot be combined."""
+
     kinds = [{one.config["world"].get("_target_") == PROBE for one in sweep.conditions} for sweep in (there, asked)]
     if kinds[0] != kinds[1]:
         known, other = ("a probe", "whole runs") if True in kinds[0] else ("a sweep of whole runs", "a probe")
@@ -132,7 +136,10 @@ def _check_agrees(there: Sweep, asked: Sweep) -> None:
 
 
 def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[str, str]]]]:
-    """Return the distinct settings of each part by its name ("" without a name); settings are values by path."""
+    """Return, for each part such as "world" and each name, the distinct settings: texts by path ("fires.0.distance").
+
+    A part that has no name, such as sampling_seed, has the name "".
+    """
     found: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
     for one in conditions:
         parts = {**identity(one.config), "record": one.config.get("record")}
@@ -148,7 +155,7 @@ def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
-    """Reject settings that differ from all recorded ones, unless they have several values in the sweep or request."""
+    """Raise an error if settings are not recorded; a setting with several values in sweep or request may differ."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
     known = [_without(one, swept) for one in recorded]
     for one in (_without(one, swept) for one in now):

@@ -1,4 +1,7 @@
-"""Matches records of a run to calls, by step, agent, kind of question, and the number of earlier equal questions."""
+"""Matches the records of a run to its calls.
+
+Step, agent, kind of question, and the number of earlier equal questions identify a call.
+"""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator
@@ -9,16 +12,16 @@ from foundry.worlds.base import Asked
 
 T = TypeVar("T")
 Numbered: TypeAlias = tuple[Asked, int]
-"""A question, and how often it was asked before."""
+"""A question, and the number of times that it was asked before."""
 
 
 def place_of(call: Call) -> Asked:
-    """Return the question of a call."""
+    """Return the question of a call: step, agent and kind."""
     return call.step, call.agent, call.kind
 
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
-    """Yield items of a run in order, each with its question and number."""
+    """Yield items of a run in order; before each comes its question, and how often that was asked before."""
     counts: dict[Asked, int] = {}
     for item in items:
         here = place(item)
@@ -28,9 +31,9 @@ def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[
 
 
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
-    """Yield lines of decisions with their calls, in the order of the calls; lines without a call come last.
+    """Yield each line of a decision with its call, in the order of the calls; lines without a call come last.
 
-    If a question's numbers of lines and of calls differ, the match is unknown, and its lines have no call.
+    If a question has more lines than calls, or fewer, the match is unknown, and its lines get no call.
     """
     decided = _by_place(lines)
     called = _by_place((place_of(call), call) for call in calls)

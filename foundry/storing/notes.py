@@ -1,4 +1,4 @@
-"""People's notes on runs and moments (`notes.jsonl`), outside the records; lines are only added."""
+"""The notes that people write about runs and moments (`notes.jsonl`); lines are only added."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ from filelock import FileLock, Timeout
 
 from foundry.errors import InputError
 from foundry.records import NOT_JSON
-from foundry.storing.plain import is_there
+from foundry.storing.plain import is_there, stamp_of
 
 NOTES_FILE = "notes.jsonl"
 _LOCK = "notes.lock"
@@ -19,17 +19,19 @@ Place = Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A line of the file: the content of a note from that time on.
+    """A line of the file; a later line with the same id replaces it.
 
     Attributes:
-        note: id of the note, equal in all of its lines.
-        when: ISO 8601, UTC.
-        who: name that the author gave.
-        run: the run's id; for a moment of a probe, the id of the moment's run.
+        note: id of the note.
+        when: time of the line, ISO 8601, UTC.
+        who: name that the author entered.
+        run: id of the run; in a probe, id of the run that the moment comes from.
         step: the step, or null for the whole run.
-        text: the note; may be empty if there are tags.
+        agent: the agent, or null for all agents.
+        text: the text; it may be empty if the note has tags.
         tags: single words.
-        moment: index of a probe's moment in the list of moments, or null.
+        moment: in a probe, index of the moment in the list of moments; else null.
+        deleted: whether the author deleted the note.
     """
 
     note: Annotated[str, msgspec.Meta(min_length=1, max_length=40)]
@@ -45,7 +47,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     @property
     def place(self) -> str:
-        """The subject of the note, in words."""
+        """The place of the note in words, as in "step 3 · agent 0"."""
         if self.step is None:
             return "the run"
         return f"step {self.step}" if self.agent is None else f"step {self.step} · agent {self.agent}"
@@ -55,8 +57,8 @@ class Notes(msgspec.Struct, frozen=True):
     """The notes of a sweep.
 
     Attributes:
-        notes: the latest versions of all notes that are not deleted, oldest first.
-        unread: reasons for omitted lines.
+        notes: the latest version of each note that is not deleted, oldest note first.
+        unread: for each line that could not be read, the reason.
     """
 
     notes: list[Note]
@@ -64,7 +66,7 @@ class Notes(msgspec.Struct, frozen=True):
 
 
 def notes_of(folder: Path) -> Notes:
-    """Return the notes of a sweep; unreadable lines, for example cut by a crash, are omitted and reported."""
+    """Return the notes in a sweep's folder; unreadable lines, for example cut by a crash, are left out and reported."""
     file, found, unread = folder / NOTES_FILE, dict[str, Note](), list[str]()
     content = file.read_bytes() if is_there(file) else b""
     for number, line in enumerate(content.splitlines(), 1):
@@ -79,23 +81,20 @@ def notes_of(folder: Path) -> Notes:
 
 
 def stamp_of_notes(folder: Path) -> str:
-    """Return a text that changes whenever a note does; empty without notes."""
-    file = folder / NOTES_FILE
-    if not is_there(file):
-        return ""
-    status = file.stat()
-    return f"{status.st_mtime_ns:x}-{status.st_size:x}"
+    """Return a text that changes whenever a note is added or changed; "" without notes."""
+    return stamp_of(folder / NOTES_FILE)
 
 
 def add_note(folder: Path, note: Note) -> None:
-    """Add a line; if a crash cut the last line, begin a new line first."""
+    """Add a line to the notes of a sweep; if a crash cut the last line, this one begins on a new line."""
     file = folder / NOTES_FILE
     line = msgspec.json.encode(note) + b"\n"
     try:
         (folder / "viewer").mkdir(exist_ok=True)
         with FileLock(folder / "viewer" / _LOCK, timeout=_PATIENCE_S), file.open("a+b") as lines:
-            if lines.tell() and _last_byte(file) != b"\n":
-                line = b"\n" + line
+            if lines.tell():
+                lines.seek(-1, os.SEEK_END)
+                line = line if lines.read(1) == b"\n" else b"\n" + line
             lines.write(line)
             lines.flush()
             os.fsync(lines.fileno())
@@ -103,12 +102,6 @@ def add_note(folder: Path, note: Note) -> None:
         raise InputError(f"The note cannot be written into '{file}': {error}") from error
 
 
-def _last_byte(file: Path) -> bytes:
-    with file.open("rb") as content:
-        content.seek(-1, os.SEEK_END)
-        return content.read()
-
-
 def notes_bytes(notes: list[Note]) -> bytes:
-    """Return the content of a file with the given notes, without earlier or deleted versions."""
+    """Return the content of a file of notes that has a line for each of these notes."""
     return msgspec.json.Encoder().encode_lines(notes)

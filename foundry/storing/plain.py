@@ -1,6 +1,7 @@
-"""Checks folders and YAML of unknown origin: only regular files, plain values, and bounded size and depth.
+"""Checks folders and YAML files that someone else may have made.
 
-A link could make foundry read, pass on or overwrite other files; a named pipe could make it wait for ever.
+Only regular files are allowed: a link could make foundry read or overwrite other files, and a named pipe could make it
+wait for ever. YAML files may only have plain values, a limited size and a limited depth.
 """
 
 import contextlib
@@ -15,21 +16,21 @@ import yaml
 from foundry.errors import RecordError
 
 LARGEST = 256 * 1024 * 1024
-"""Maximum size of a text."""
+"""Maximum size of a YAML text, characters."""
 DEEPEST = 100
-"""Maximum depth; at some tens of thousands of levels the parser crashes the process."""
+"""Maximum number of nested levels; at some tens of thousands of levels the parser crashes the process."""
 _PARSER_DEPTH = "exceeded maximum nesting depth"
-"""Error of newer versions of libyaml at a depth of a thousand levels."""
+"""The error by which newer versions of libyaml refuse more than a thousand levels."""
 MOST_VALUES = 20_000_000
-"""Maximum number of values after all aliases are expanded."""
+"""Maximum number of values in a YAML text, where a value that an alias repeats counts each time."""
 MOST_SETTINGS = 100_000
-"""Maximum number of values in a configuration file, since each becomes an object."""
+"""Maximum number of values in a configuration file; it is smaller, since each value becomes an object."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""Line of a run in `sweep.yaml`; its brackets are balanced, and there may be very many such lines."""
+"""The line of a run in `sweep.yaml`; it nests nothing, and there may be very many such lines."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
-"""Windows' symbolic links and junctions; other reparse points, such as cloud files, count as regular files."""
+"""Symbolic links and junctions of Windows; its other reparse points, such as cloud files, count as regular files."""
 _REFUSED = {
     stat.S_IFLNK: "a link",
     stat.S_IFIFO: "a named pipe",
@@ -40,14 +41,18 @@ _REFUSED = {
 
 
 def is_there(path: Path) -> bool:
-    """Return whether a file or folder exists, without opening it."""
+    """Return whether a file or folder exists, without opening it.
+
+    Raises:
+        RecordError: it is a link, or another kind of file that is not allowed.
+    """
     return _status(path) is not None
 
 
 def stamp_of(path: Path) -> str:
-    """Return a text that changes when a file is replaced; empty without a file."""
+    """Return a text that changes when a file is replaced or grows; "" if the file does not exist."""
     status = _status(path)
-    return "" if status is None else f"{status.st_mtime_ns:x}-{status.st_ino:x}"
+    return "" if status is None else f"{status.st_mtime_ns:x}-{status.st_ino:x}-{status.st_size:x}"
 
 
 def _status(path: Path) -> os.stat_result | None:
@@ -62,18 +67,18 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def plain(path: Path) -> Path:
-    """Return a path after checking that it is a regular file or folder, or does not exist."""
+    """Return the path, after checking that it is a regular file, a folder, or missing."""
     is_there(path)
     return path
 
 
 def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
-    """Check all entries of a folder; the folder's own path may be a link.
+    """Check that a folder contains only regular files and folders; the folder itself may be a link.
 
     Args:
         folder: the folder.
-        shallow: name of a subfolder in which subfolders are not checked, since there may be very many.
-        apart: name of a subfolder that is checked separately.
+        shallow: name of a subfolder whose own subfolders are not checked, since there may be very many.
+        apart: name of a subfolder that is not checked.
     """
     waiting = [(os.fspath(folder), True)]
     while waiting:
@@ -85,7 +90,7 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
 
 
 def check_entries(folder: Path | str) -> list[os.DirEntry[str]]:
-    """Check the entries of a folder, except those in its subfolders; return the subfolders."""
+    """Check the direct entries of a folder, and return the subfolders among them."""
     folders = []
     for entry in _entries(folder):
         if entry.is_file(follow_symlinks=False):
@@ -115,7 +120,7 @@ def _check(path: Path | str, found: os.stat_result) -> None:
     if what is not None:
         raise RecordError(
             f"'{path}' is refused: it is {what}, but a sweep's folder may only contain regular files and folders. "
-            "Replace it by its target, or remove it."
+            "Replace it with a regular file, or remove it."
         )
 
 
@@ -129,7 +134,11 @@ def read_config(file: Path) -> Any:
 
 
 def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
-    """Return the value of a YAML text."""
+    """Return the value of a YAML text; errors name its origin `where`.
+
+    Raises:
+        RecordError: the text is not valid YAML, or exceeds a limit.
+    """
     if len(text) > LARGEST:
         raise RecordError(f"{where} is refused: it has {len(text):,} characters, more than {LARGEST:,}.")
     if _depth(_RUN_LINE.sub("", text), where) > DEEPEST:
@@ -143,7 +152,7 @@ def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
 
 
 def _depth(text: str, where: object) -> int:
-    """Return the depth of the text; beyond the limit, counting stops."""
+    """Return the number of nested levels of a YAML text; counting stops beyond the limit."""
     depth = deepest = 0
     try:
         for event in yaml.parse(text, Loader=_Loader):
@@ -162,7 +171,7 @@ def _depth(text: str, where: object) -> int:
 
 
 def _check_expanded(value: Any, where: object, most: int) -> None:
-    """Count the values after expanding every alias; a shared part is visited once."""
+    """Raise an error if a value has too many parts; a part that aliases repeat counts each time."""
     counts: dict[int, int] = {}
     open_parts: set[int] = set()
 

@@ -1,4 +1,4 @@
-"""The declaration before the runs (`preregistration.yaml`), and the record of looks at the data (`looks.jsonl`)."""
+"""The plan that is declared before the runs (`preregistration.yaml`), and the comparisons looked at (`looks.jsonl`)."""
 
 import hashlib
 import json
@@ -19,20 +19,20 @@ from foundry.texts import counted
 
 LOOKS_FILE = "looks.jsonl"
 ANALYSIS = "analysis"
-"""Subfolder of a sweep that exists once it is analysed."""
+"""The subfolder of a sweep that an analysis creates."""
 
 
 class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
-    """A pair of groups at a look, a line of the file.
+    """A comparison of two groups of runs that somebody has seen (a line of `looks.jsonl`).
 
     Attributes:
-        factor: setting in which they differ.
-        level: value of the factor in the first group.
-        reference: value of the factor in the second group.
-        context: other swept settings, equal in both groups.
+        factor: setting in which the groups differ, such as "model".
+        level: value of this setting in the first group.
+        reference: value of this setting in the second group.
+        context: other swept settings, which are equal in both groups.
         pairs: number of seeds with a value in both groups.
-        at: time of the first look, UTC.
-        settings: sorted hashes of both groups' settings, independent of other swept settings. Empty in older files.
+        at: time when the comparison was first seen, UTC.
+        settings: hashes of the settings of both groups, sorted; empty in older files.
     """
 
     factor: str
@@ -45,25 +45,25 @@ class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def looks_of(folder: Path) -> list[LookedAt]:
-    """Return all looks at a sweep, oldest first."""
+    """Return the comparisons of a sweep that somebody has seen, oldest first."""
     file = folder / LOOKS_FILE
     return lines_of(file.read_bytes(), LookedAt, file) if is_there(file) else []
 
 
 def write_looks(folder: Path, looks: Sequence[LookedAt]) -> None:
-    """Write the looks at a sweep."""
+    """Write the comparisons of a sweep that somebody has seen."""
     write_atomically(folder / LOOKS_FILE, msgspec.json.Encoder().encode_lines(looks))
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):
-    """A world, prompt or model: its name, and the hash of its settings without the server's address."""
+    """The name of a world, prompt or model, and the hash of its settings without addresses of servers."""
 
     name: str
     sha256: str
 
 
 class PlannedCondition(msgspec.Struct, frozen=True, kw_only=True):
-    """A condition, and the seed of each of its runs by id."""
+    """A condition of a plan; `runs` maps the id of each run to its seed."""
 
     factors: dict[str, Any]
     world: Part
@@ -73,12 +73,13 @@ class PlannedCondition(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
-    """A measure that is tested.
+    """A measure that a plan tests.
 
     Attributes:
-        margin: difference below which conditions count as equal; None if none was declared.
-        code_sha256: hash of the signature's code, by form of world.
-        widest: largest possible difference of a seed; None if the range of the measure gives it.
+        name: name of the measure, such as "idle_rate.chosen".
+        margin: smallest difference that matters; None if none was declared.
+        code_sha256: hash of the code that computes the measure, by form of world.
+        widest: largest difference that a seed can have; None if it follows from the range of the measure.
     """
 
     name: str
@@ -88,7 +89,13 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):
-    """A look: the number of seeds, and the level for a single test and for the first step of Holm's correction."""
+    """An interim look at the data.
+
+    Attributes:
+        seeds: number of seeds that are played by then.
+        alpha: level of a test that stands alone.
+        alpha_in_family: level of the first step of Holm's correction.
+    """
 
     seeds: int
     alpha: float
@@ -96,21 +103,24 @@ class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
-    """The declarations before the runs.
+    """The plan that is declared before the runs.
 
     Attributes:
-        made: time, UTC.
+        made: time of the plan, UTC.
+        foundry: version of foundry.
         commit: commit of foundry's clone; None outside a clone.
-        models: name and digest of the weights of each model, as far as servers report them.
+        asked: the overrides of the sweep.
+        models: name of each model, and digest of its weights if its server reports one.
         seeds: all seeds in order; a look uses the first seeds.
-        measures: the tested measures; all others are exploratory.
-        tests: number of tests per factor: measures times pairs of levels.
-        pairs: number of tested pairs of levels per factor; empty in older plans.
-        method: test and correction, in words.
-        alpha: total error per factor.
-        left_out: omitted conditions, with reasons.
-        answers_known: number of the runs' answers in the cache at that time; None if unknown.
-        runs_known: analysed sweeps that contained any of the runs at that time.
+        measures: the measures that are tested; all others are exploratory.
+        tests: number of tests for each factor: its pairs of levels times the measures.
+        pairs: number of pairs of levels that are tested, for each factor; empty in older plans.
+        method: the test and its correction, in words.
+        alpha: probability of any false finding, for each factor.
+        looks: the interim looks; the last one uses all seeds.
+        left_out: conditions that are not tested, with reasons.
+        answers_known: number of answers that were in the cache before the plan; None if unknown.
+        runs_known: names of the analysed sweeps that contained any of these runs before the plan.
     """
 
     made: str
@@ -132,7 +142,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def known(self) -> str:
-        """Text about runs and answers known before the plan; "" if there were none."""
+        """A text that names the runs and answers that existed before the plan; "" if there were none."""
         if self.answers_known is None:
             answers = "an unknown number of answers"
         else:
@@ -143,12 +153,12 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def runs(self) -> dict[str, int]:
-        """The seeds of all runs by id."""
+        """The seed of each run, by the run's id."""
         return {run: seed for condition in self.conditions for run, seed in condition.runs.items()}
 
 
 def conditions_of(sweep: Sweep) -> list[PlannedCondition]:
-    """Return the conditions of a sweep in the form of a plan."""
+    """Return the conditions of a sweep as a plan records them."""
     runs: list[dict[str, int]] = [{} for _ in sweep.conditions]
     for run in sweep.runs:
         runs[run.condition][run.id] = run.seed
@@ -178,13 +188,13 @@ def check_before_runs(folder: Path) -> None:
 
 
 def plan_sha256(folder: Path) -> str | None:
-    """Return the SHA-256 of the plan in a sweep's folder, or None."""
+    """Return the SHA-256 of the plan in a sweep's folder, or None if it has no plan."""
     file = folder / PREREGISTRATION_FILE
     return _sha256(file.read_bytes()) if is_there(file) else None
 
 
 def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
-    """Return the names of the analysed sweeps that contain any of these runs."""
+    """Return the names of the analysed sweeps, other than the sweep in `folder`, that contain any of these runs."""
     others = (one for one in sorted(sweeps) if is_sweep(one) and one.resolve() != folder.resolve())
     analysed = (one for one in others if (one / ANALYSIS).is_dir())
     return [one.name for one in analysed if any((one / "runs" / run / "run.json").exists() for run in runs)]
@@ -199,7 +209,7 @@ def write_preregistration(folder: Path, plan: Preregistration) -> str:
 
 
 def preregistration_of(folder: Path) -> tuple[Preregistration, str] | None:
-    """Return the declarations of a sweep and the SHA-256 of their file, or None."""
+    """Return the plan of a sweep and the SHA-256 of its file, or None if the sweep has no plan."""
     file = folder / PREREGISTRATION_FILE
     if not is_there(file):
         return None

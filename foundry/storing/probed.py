@@ -1,4 +1,7 @@
-"""Frequencies of the choices in the moments of a probe's run, from counts or from probabilities."""
+"""Counts how often a model made each choice in each moment of a probe.
+
+If the probe asked once with log-probabilities, their probabilities replace the counts.
+"""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,14 +16,12 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, lines_of
 
 ANSWERS = 1000
-"""Number of answers for which a moment counts if the probabilities of one reply replace the repeats."""
+"""The number of answers that a moment counts as having, if the probabilities of one reply replace the repeats."""
 Place: TypeAlias = tuple[str, int, int, str, int]
-"""Run, step, agent, kind and again of a moment."""
+"""A moment: its run, step, agent and kind of question, and how often this question was asked before in the step."""
 
 
 class _Line(msgspec.Struct):
-    """The needed part of a line of `steps.jsonl`."""
-
     step: int
     agent: int
     kind: str
@@ -41,8 +42,9 @@ class Choices:
     """The frequencies of the choices in a moment.
 
     Attributes:
-        expected: share of each choice by the probabilities of one reply; empty if the moment was asked repeatedly.
-        error: largest possible total variation between these shares and the true shares, 0..1.
+        called: number of replies with each choice.
+        expected: share of each choice, from the probabilities of one reply; empty if the moment was asked repeatedly.
+        error: largest possible total variation distance between these shares and the true shares, 0..1.
     """
 
     called: Counter[str] = field(default_factory=Counter)
@@ -51,12 +53,12 @@ class Choices:
 
     @property
     def counts(self) -> Counter[str]:
-        """Number of answers by choice: the calls, or ANSWERS divided by the expected shares and rounded."""
+        """Number of answers with each choice; if there are expected shares, they divide ANSWERS."""
         return _dealt(self.expected) if self.expected else self.called
 
 
 def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
-    """Return the choices in the moments of a probe's run.
+    """Return the choices in each moment that a run of a probe asked about.
 
     Raises:
         RecordError: a file is damaged.
@@ -72,7 +74,7 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
-    """Yield the moments in which the first reply's probabilities replace the repeats, as the probe's world decides."""
+    """Yield each moment in which the probabilities of the first reply replace the repeats, and these probabilities."""
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):
@@ -89,7 +91,7 @@ def _foreseen(run: RunFolder, line: _Line, call: Call, sampling: Sampling) -> Ce
 
 
 def _dealt(shares: Shares) -> Counter[str]:
-    """Divide ANSWERS by shares that add up to 1; the largest remainders are rounded up."""
+    """Divide ANSWERS among choices by shares that add up to 1; the largest remainders are rounded up."""
     counts = Counter({choice: int(share * ANSWERS) for choice, share in shares.items()})
     by_remainder = sorted(shares, key=lambda choice: (counts[choice] - shares[choice] * ANSWERS, choice))
     counts.update(by_remainder[: ANSWERS - counts.total()])

@@ -1,4 +1,4 @@
-"""The files of a run: the part of `foundry.storing.store` for a run's folder, which can also be imported from there."""
+"""The files in the folder of one run; `foundry.storing.store` also offers these names."""
 
 import contextlib
 import errno
@@ -24,23 +24,23 @@ ALWAYS_THERE = ("steps", "messages")
 """The record files of every run, which may be empty."""
 IMAGES = "images"
 ENDED_RUNS = "runs/*/run.json"
-"""Pattern of the file that every ended run has."""
+"""The pattern of the files that mark ended runs."""
 KEPT = ("frames", IMAGES)
-"""The folders of pictures."""
+"""The folders of a run that contain pictures."""
 PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
-"""Name of the world of a probe; its moments are in the sweep's folder."""
+"""The class of the world of a probe; its moments are in the sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
-"""The folder for files from other sweeps, and the file in it with a run's answers."""
+"""The folder for files from other sweeps, and the file in it with the answers of a run of another sweep."""
 FIXTURES = "fixtures"
-"""The record file of positions that a 2D world drew."""
+"""The record file with the positions of places and fires that a 2D world drew at random."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
 _ENCODE = msgspec.json.Encoder().encode
 T = TypeVar("T")
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that readers see either all of it or nothing, even after a crash."""
+    """Write a file such that readers see either the old file or the whole new one, even after a crash."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.tmp")
     try:
         temporary.write_bytes(content)
@@ -51,7 +51,7 @@ def write_atomically(path: Path, content: bytes) -> None:
 
 
 def cannot_write(path: Path, error: OSError) -> StorageError:
-    """Return the system's write error as an error that ends the sweep."""
+    """Return the error that ends a sweep because the system refused to write a file."""
     cause = errno.errorcode.get(error.errno or 0, "error")
     return StorageError(
         f"'{path}' cannot be written ({cause}: {error.strerror}). Free space or fix the cause, then use foundry resume."
@@ -60,7 +60,7 @@ def cannot_write(path: Path, error: OSError) -> StorageError:
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Convert the system's write errors at this path to errors that end the sweep."""
+    """Turn errors of the system within this context into errors that end the sweep and name this path."""
     try:
         yield
     except OSError as error:
@@ -68,7 +68,13 @@ def storing(path: Path) -> Iterator[None]:
 
 
 def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path) -> dict[str, Any]:
-    """Return a configuration; if its scene came with the sweep, the scene is in the sweep's folder."""
+    """Return a run's configuration; if a bundle contained its scene, the scene is read from the sweep's folder.
+
+    Args:
+        config: the run's configuration.
+        scenes: files of the scenes that a bundle contained, by their names in the sweep.
+        sweep: the sweep's folder.
+    """
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
     if not isinstance(scene, Mapping):
         return dict(config)
@@ -80,7 +86,7 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
 
 
 def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
-    """Return a configuration; a probe's world reads the moments in the sweep's folder."""
+    """Return a run's configuration; the world of a probe reads the moments in the sweep's folder."""
     world = config.get("world")
     if not isinstance(world, Mapping) or world.get("_target_") != PROBE:
         return dict(config)
@@ -89,8 +95,6 @@ def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
 
 
 class _Fixture(msgspec.Struct, frozen=True):
-    """The needed part of a line of `fixtures.jsonl`."""
-
     kind: str
     name: str
     x: int
@@ -98,12 +102,14 @@ class _Fixture(msgspec.Struct, frozen=True):
 
 
 class RunFolder:
-    """The paths of one run's files, and methods to read them.
+    """The folder of one run: the paths of its files, and methods that read them.
 
     Attributes:
-        factors: the swept overrides and their values in this run's condition.
-        declared_then: the recorded declaration; None in sweeps of 0.1, which record none.
-        streams: names of its record files without their endings: first those of any world, then its own.
+        id: the run's id.
+        factors: the swept settings, and their values in this run.
+        declared: the world's declaration of its records.
+        declared_then: the declaration in `sweep.yaml`; None in sweeps of 0.1, which have none.
+        streams: names of the record files without `.jsonl`; the files that every world may have come first.
     """
 
     def __init__(self, sweep_path: Path, run: Run, sweep: Sweep, scenes: Mapping[str, str] | None = None) -> None:
@@ -118,20 +124,20 @@ class RunFolder:
         self._sweep = sweep
         self._scenes = scenes or {}
 
-    # The path is made on demand: a sweep may have very many runs, and making a path takes longer than all the rest.
+    # Paths are made when they are needed: a sweep may have very many runs, and a path takes longer than all the rest.
     @cached_property
     def path(self) -> Path:
-        """Its folder; it exists once the run is started."""
+        """The run's folder, which exists once the run has started."""
         return self._sweep_path / "runs" / self.id
 
     @property
     def model_place(self) -> int:
-        """The index of its model in the sweep, which determines the model's look in plots."""
+        """The index of the run's model in the sweep, which determines the model's colour and marker in plots."""
         return self._sweep.model_names().index(self._sweep.conditions[self.run.condition].config["model"]["name"])
 
     @cached_property
     def replay_dir(self) -> Path:
-        """Folder for pictures redrawn from the records; it may be deleted."""
+        """The folder for pictures that are drawn from the records; it may be deleted."""
         return self._sweep_path / "analysis" / "replay" / self.id
 
     @cached_property
@@ -143,17 +149,17 @@ class RunFolder:
         return self._sweep_path / "locks" / f"{self.id}.lock"
 
     def config(self) -> dict[str, Any]:
-        """Return the effective configuration; scenes and moments that came with the sweep are in its folder."""
+        """Return the run's configuration; scenes and moments that came with the sweep are read from its folder."""
         return moments_here(scene_here(self.recorded_config(), self._scenes, self._sweep_path), self._sweep_path)
 
     def recorded_config(self) -> dict[str, Any]:
-        """Return the effective configuration in the sweep's definition."""
+        """Return the run's configuration as `sweep.yaml` records it."""
         return self._sweep.config(self.run)
 
     def world(self) -> dict[str, Any]:
-        """Return the settings of its world, with the recorded positions if its seed drew them.
+        """Return the settings of the run's world; if it drew positions at random, the recorded positions.
 
-        A place or fire without a recorded position is omitted, for example before the run started.
+        A place or fire without a recorded position is left out, for example before the run starts.
         """
         world: dict[str, Any] = self.config()["world"]
         if FIXTURES not in self.declared.streams or not world.get("draw_positions"):
@@ -177,7 +183,7 @@ class RunFolder:
         return [file.relative_to(self.path).as_posix() for file in files if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:
-        """Check that its world declares records for the given streams."""
+        """Raise an error unless the run's world declares these streams of records."""
         known = self.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
         for name in streams:
             if name not in known:
@@ -188,21 +194,21 @@ class RunFolder:
 
     @property
     def calls_seed(self) -> int:
-        """The seed from which the sampling seeds of its calls are derived."""
+        """The seed from which foundry derives the sampling seeds of the run's calls."""
         return calls_seed(self.config())
 
     @property
     def ended(self) -> bool:
-        """True if `run.json` exists, so the run is complete or failed."""
+        """True if the run is complete or failed, that is, if `run.json` exists."""
         return is_there(self._end_file)
 
     @property
     def ending(self) -> str:
-        """A text that changes when the run ends again; empty before the first end."""
+        """A text that changes each time the run ends; "" before its first end."""
         return stamp_of(self._end_file)
 
     def summary(self) -> RunSummary | None:
-        """Return how the run ended, or None if it has not ended."""
+        """Return the content of `run.json`, or None if the run has not ended."""
         summary = json_file(self._end_file, RunSummary)
         if summary is not None:  # a restarted run replaces all files
             check_entries(self.path)
@@ -210,57 +216,48 @@ class RunFolder:
 
     @property
     def is_complete(self) -> bool:
-        """True if the run has ended and did not fail."""
+        """True if the run has ended without failure."""
         summary = self.summary()
         return summary is not None and summary.status == "complete"
 
     def stream_path(self, name: str) -> Path:
-        """Return the path of a stream's file, which may not exist; `calls` is the compressed log."""
+        """Return the path of a record file, such as "steps", which may not exist; "calls" is the log of calls."""
         return plain(self.stream_file(name))
 
     def stream_file(self, name: str) -> Path:
-        """Return the path of a stream's file without a check, for writers."""
+        """Return the path of a record file without checking that it is a regular file, for writers."""
         return self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl")
 
     @property
-    def config_file(self) -> Path:
-        """Path of the effective configuration, written when the run starts."""
-        return plain(self.path / "config.yaml")
-
-    def check_plain(self) -> None:
-        """Check that its folder contains only regular files and folders."""
-        check_folder(self.path)
-
-    @property
     def beginning(self) -> str:
-        """A text that changes when the run is restarted from its first step; empty before the first start."""
+        """A text that changes each time the run starts from its first step; "" before its first start."""
         return stamp_of(self.path / "config.yaml")
 
     def steps_bytes(self) -> bytes:
-        """Return the raw lines of `steps.jsonl`; empty before the first line."""
+        """Return the content of `steps.jsonl`; b"" before its first line."""
         return self._bytes("steps.jsonl")
 
     def messages_bytes(self) -> bytes:
-        """Return the raw lines of `messages.jsonl`; empty before the first line."""
+        """Return the content of `messages.jsonl`; b"" before its first line."""
         return self._bytes("messages.jsonl")
 
     def agents_bytes(self) -> bytes:
-        """Return the raw lines of `agents.jsonl`; empty in a world without personas."""
+        """Return the content of `agents.jsonl`; b"" in a world without personas."""
         return self._bytes("agents.jsonl")
 
     def episode_bytes(self) -> bytes:
-        """Return the raw line of `episode.jsonl`; empty if the world writes none."""
+        """Return the content of `episode.jsonl`; b"" in a world that does not write it."""
         return self._bytes("episode.jsonl")
 
     def calls(self) -> Iterator[Call]:
-        """Yield the logged calls; if a crash cut the log, the complete calls."""
+        """Yield the logged calls; if a crash cut the log, yield its complete calls."""
         yield from read_calls(self.path / "calls.jsonl.zst")
 
     def _bytes(self, name: str) -> bytes:
         return _content(self.path / name) or b""
 
     def stamp(self) -> str:
-        """Return a text that changes whenever a file of the run does."""
+        """Return a text that changes whenever a record file of the run changes."""
         stamps = []
         for name in ("run.json", *(f"{stream}.jsonl" for stream in self.streams), "calls.jsonl.zst"):
             with contextlib.suppress(FileNotFoundError, NotADirectoryError):
@@ -269,29 +266,34 @@ class RunFolder:
         return "\n".join(stamps)
 
     def files(self) -> list[Path]:
-        """Return its files, `run.json` last."""
-        self.check_plain()
+        """Return the run's files, with `run.json` last."""
+        check_folder(self.path)
         files = sorted(file for file in self.path.rglob("*") if file.is_file())
         return sorted(files, key=lambda file: file.name == "run.json")
 
     def viewer_file(self, name: str) -> Path:
-        """Return the path of a viewer's file for the runs of the sweep; it may be deleted."""
+        """Return the path of a file that the viewer makes for all runs of the sweep; it may be deleted."""
         return self.path.parent.parent / "viewer" / name
 
     def forget_failure(self) -> None:
-        """Allow a restart of a failed run."""
+        """If the run has failed, remove `run.json`, so that the run can be played again."""
         summary = self.summary()
         if summary is not None and summary.status != "complete":
             self._end_file.unlink()
 
     def claim(self) -> AbstractContextManager[bool]:
-        """Reserve the run for this process; yield whether that succeeded. After a crash, the system frees the run."""
+        """Reserve the run for this process; the context yields whether it could. A crash frees the run."""
         return claimed(self._lock_path)
 
 
 @contextlib.contextmanager
 def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
-    """Hold a lock for this process; yield whether that succeeded. After a crash, the system frees the lock."""
+    """Hold a lock within this context; yield False if another process holds it. A crash frees the lock.
+
+    Args:
+        lock_path: file of the lock.
+        wait_s: time to wait for another process, seconds.
+    """
     from filelock import FileLock, Timeout  # readers need no lock
 
     lock = FileLock(lock_path, timeout=wait_s)
@@ -310,7 +312,6 @@ def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
 
 
 def _content(path: Path) -> bytes | None:
-    """Return the content of a file, or None if it does not exist."""
     try:
         return plain(path).read_bytes()
     except FileNotFoundError:
@@ -320,7 +321,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
-    """Return the values of JSON lines."""
+    """Return the value of each line of a JSON Lines file; an error names the file `where`."""
     try:
         return msgspec.json.Decoder(kind).decode_lines(content)
     except NOT_JSON as error:
@@ -328,12 +329,12 @@ def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
 
 
 def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
-    """Return the last step that has all its lines; 0 if there is none.
+    """Return the number of the last step that has all its lines; 0 if there is none.
 
     Args:
-        numbers: the steps of the lines of `steps.jsonl`, in order.
-        complete: whether the run is complete. Otherwise a crash may have cut its last step, unless this step has as
-            many lines as the first.
+        numbers: step number of each line of `steps.jsonl`, in order.
+        complete: whether the run is complete. If not, a crash may have cut its last step. A last step that has as many
+            lines as the first one is whole.
     """
     if not numbers:
         return 0
@@ -342,7 +343,7 @@ def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
 
 
 def json_file(path: Path, kind: type[T]) -> T | None:
-    """Return the value of a JSON file, or None if it does not exist."""
+    """Return the value in a JSON file, or None if the file does not exist."""
     content = _content(path)
     if content is None:
         return None
@@ -353,7 +354,7 @@ def json_file(path: Path, kind: type[T]) -> T | None:
 
 
 def read_calls(path: Path) -> Iterator[Call]:
-    """Yield the calls of a log: none if it does not exist, the complete calls if it was cut."""
+    """Yield the calls in a log; yield nothing if it does not exist, and only its complete calls if it was cut."""
     if not is_there(path):
         return
     decode = msgspec.json.Decoder(Call).decode
@@ -365,7 +366,7 @@ def read_calls(path: Path) -> Iterator[Call]:
 
 
 def calls_bytes(calls: Iterable[Call]) -> bytes:
-    """Return the content of a log with the given calls."""
+    """Return the content of a log of calls (`calls.jsonl.zst`)."""
     return zstandard.ZstdCompressor(level=3).compress(b"".join(_ENCODE(call) + b"\n" for call in calls))
 
 
@@ -383,12 +384,12 @@ def _whole_lines(reader: Any) -> Iterator[bytes]:
 
 
 def frame_name(step: int) -> str:
-    """Return the path of the picture after a step in the run's folder (0: the initial state)."""
+    """Return the name, within the run's folder, of the picture of the state after a step; step 0 is the start."""
     return f"frames/step_{step:04d}.png"
 
 
 def kept_file(run: Path, name: str) -> bytes | None:
-    """Return a picture in a run's folder by its name in the records, or None if it was not stored."""
+    """Return the content of a picture, given its name in the records, or None if it was not stored."""
     try:
         for part in list(PurePath(name).parents)[-2::-1]:
             plain(run / part)

@@ -25,13 +25,17 @@ from foundry.storing.store import (
 
 _ENCODER = msgspec.json.Encoder()
 FRAME = 1 << 22
-"""Number of bytes of calls after which the log begins a new frame, so that readers can skip earlier frames."""
+"""Size of calls, bytes, after which their log begins a new zstandard frame; readers can skip whole frames."""
 
 
 class RunWriter:
-    """Writes a run's files; `run.json` comes last and contains its counts.
+    """Writes the files of a run, except `run.json`.
 
     All methods raise StorageError if the system refuses to write.
+
+    Attributes:
+        counts: totals of the records and calls so far.
+        members: the models of a mixed population, for `run.json`.
     """
 
     def __init__(self, folder: RunFolder, config_text: str) -> None:
@@ -60,7 +64,7 @@ class RunWriter:
         file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(file)
         self._frame_size = 0
-        # This comes last, so that a reader that sees the restart finds no earlier files.
+        # This file is written last: once readers see the restart, all earlier files are gone.
         write_atomically(path / "config.yaml", config_text.encode())
 
     def _open(self, name: str) -> None:
@@ -68,7 +72,7 @@ class RunWriter:
         self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
-        """Append records to their files, with one write per file, so that a crash leaves complete lines."""
+        """Append records to their files; each file gets a single write, so that a crash leaves complete lines."""
         by_stream: dict[str, list[Record]] = {}
         for record in records:
             by_stream.setdefault(record.stream, []).append(record)
@@ -96,7 +100,7 @@ class RunWriter:
         self._hashes[name].update(content)
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Append calls to the compressed log; end a block, or a frame if it is large enough, and flush the file."""
+        """Append calls to the compressed log, such that all calls so far can be read after a crash."""
         try:
             self._frame_size += self._calls.write(_ENCODER.encode_lines(calls))
             is_full = self._frame_size >= FRAME
@@ -115,7 +119,7 @@ class RunWriter:
         self.counts.model_s = (self.counts.model_s or 0.0) + call.timings.get("latency", 0.0)
 
     def frame(self, step: int, png: bytes) -> None:
-        """Store a picture of the state after `step` (0: the initial state)."""
+        """Store a picture of the state after a step; step 0 is the start."""
         self._keep(frame_name(step), png)
 
     def _keep(self, name: str, content: bytes) -> None:
@@ -127,7 +131,7 @@ class RunWriter:
             raise cannot_write(path, error) from error
 
     def digests(self) -> dict[str, str]:
-        """Return the SHA-256 of every record file so far."""
+        """Return the SHA-256 of the content of each record file, by the file's name."""
         return {f"{name}.jsonl": state.hexdigest() for name, state in self._hashes.items()}
 
     def close(self) -> None:
@@ -144,7 +148,6 @@ class RunWriter:
 
 
 def _clear(folder: Path) -> None:
-    """Remove a folder with all its content; if it is a link, remove only the link."""
     if folder.is_dir() and not folder.is_symlink():
         shutil.rmtree(folder)
     else:
@@ -152,13 +155,13 @@ def _clear(folder: Path) -> None:
 
 
 def _fresh(path: Path) -> Path:
-    """Return the path after removing any file there, since writing would follow a link."""
+    """Remove the file at a path, and return the path; otherwise writing would follow a link."""
     path.unlink(missing_ok=True)
     return path
 
 
 def write_run_summary(folder: RunFolder, summary: RunSummary) -> None:
-    """Write `run.json` atomically."""
+    """Write `run.json`, which marks the run as ended."""
     content = msgspec.json.format(_ENCODER.encode(summary), indent=2)
     with storing(folder.path / "run.json"):
         folder.path.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Progress of a sweep: counts by model, failed runs, and unreadable replies."""
+"""The progress of a sweep: counts for each model, failed runs, and unreadable replies."""
 
 import contextlib
 import itertools
@@ -17,7 +17,7 @@ from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Asked
 
 LEAST_SHARE = 0.02
-"""Share of unreadable replies of a model from which they are reported."""
+"""The least share of unreadable replies of a model that is reported."""
 _UNREAD = {
     Outcome.UNREADABLE: "contain no decision",
     Outcome.EMPTY: "empty",
@@ -27,20 +27,21 @@ _UNREAD = {
 _SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
 _EXAMPLES = 3
 _SHOWN = 160
-"""Maximum number of characters of an example."""
+"""Maximum length of an example, characters."""
 _OUTCOME = "outcome"
 _PARTS = ("edit", "format")
-"""Factors by which shares are reported."""
+"""Swept settings of a probe for whose values shares are reported separately."""
 
 
 class Standing(msgspec.Struct, kw_only=True):
-    """Progress of a sweep with one model; the calls of open runs come from the last reports of workers.
+    """The progress of a sweep with one model; workers report the calls of runs that have not ended.
 
     Attributes:
-        calls: number of calls so far, including cached ones.
-        cached: number of calls that the cache answered.
-        retries: number of tries beyond the first.
-        prompt_cache: share of prompt tokens from the servers' own caches; None if no server reports it.
+        runs: number of runs; each is complete, failed, running or waiting.
+        calls: number of calls so far, including calls that the cache answered.
+        cached: number of calls that foundry's cache answered.
+        retries: number of repeated calls after an error.
+        prompt_cache: share of prompt tokens that servers had in their own caches; None if no server reports it.
     """
 
     model: str
@@ -63,7 +64,12 @@ class Failure(msgspec.Struct, frozen=True):
 
 
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
-    """Return the progress of a sweep with each of its models; `summaries` are the results of its runs, in order."""
+    """Return the progress of a sweep with each of its models.
+
+    Args:
+        folder: the sweep.
+        summaries: content of `run.json` for each run of the sweep, in order; None for runs that have not ended.
+    """
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
@@ -81,12 +87,12 @@ def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> li
 
 
 def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
-    """Return the failed runs."""
+    """Return the runs that failed, with their errors."""
     return [Failure(one.run, _cause(one)) for one in summaries if one is not None and one.status != "complete"]
 
 
 def _cause(summary: RunSummary) -> str | None:
-    """Return the error that ended a run; an unexpected error begins with its type, since its text may say little."""
+    """Return the error that ended a run; if foundry did not expect it, its type comes first."""
     return f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error
 
 
@@ -95,10 +101,12 @@ class Unread:
     """The unreadable replies of a model.
 
     Attributes:
-        replies_by_part: for a probe, number of replies by edit and format.
-        unread_by_part: number of these replies that are unreadable.
-        examples: some unreadable replies, one line each.
-        schema: whether `model.format=schema` would force the requested form.
+        replies: number of all replies.
+        outcomes: number of unreadable replies, by outcome.
+        replies_by_part: for a probe, number of all replies, by edit and format, such as "edit no_fire".
+        unread_by_part: for a probe, number of unreadable replies, by edit and format.
+        examples: lines that show unreadable replies.
+        schema: whether `model.format=schema` would force the server to reply in the requested form.
     """
 
     model: str
@@ -116,12 +124,12 @@ class Unread:
 
     @property
     def share_by_part(self) -> dict[str, float]:
-        """Share of unreadable replies by edit and format, largest share first."""
+        """For a probe, share of unreadable replies, by edit and format; the largest share comes first."""
         parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
         return dict(sorted(parts.items(), key=lambda item: -item[1]))
 
     def lines(self) -> list[str]:
-        """Return a report; the model's texts are safe to show on a terminal."""
+        """Return the lines of a report; control characters in the replies are escaped."""
         kinds = ", ".join(f"{count:,} {_UNREAD[Outcome(outcome)]}" for outcome, count in self.outcomes.items())
         said = f"{visible(self.model)}: {self.share:.1%} of {self.replies:,} replies are unreadable ({kinds})"
         said += ". Examples:" if self.examples else ""
@@ -132,7 +140,7 @@ class Unread:
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return the unreadable replies of the models with a share of at least `LEAST_SHARE`, overall or in any part."""
+    """Return the unreadable replies of each model for which their share, overall or in a part, reaches LEAST_SHARE."""
     by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
@@ -160,7 +168,7 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
 
 
 def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
-    """Add examples with distinct texts, and whether a schema would help with these questions."""
+    """Add examples of different texts, and whether a schema would help with their questions."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
         text = text_of(call)
@@ -178,14 +186,14 @@ def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
 
 
 def text_of(call: Call) -> str:
-    """Return the text of a call, or else the error of its last try."""
+    """Return the text of a reply; if it is empty, the error of the call's last try."""
     if call.text.strip():
         return call.text
     return without_secrets(call.attempts[-1].error) if call.attempts else "(no text)"
 
 
 def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
-    """Yield run, outcome and call of every unreadable reply; none if the run's files are damaged."""
+    """Yield run, outcome and call of each unreadable reply, up to the first damaged record."""
     with contextlib.suppress(RecordError, *NOT_JSON):
         for outcome, call in with_calls(_outcomes_in(run), run.calls()):
             if outcome in _UNREAD and call is not None:
@@ -198,9 +206,9 @@ def is_unread(outcome: str) -> bool:
 
 
 def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
-    """Return the outcomes of successive replies to each question that has a reply other than `chosen`.
+    """Return the outcomes of all replies to a question, for each question with an outcome other than `chosen`.
 
-    A question is omitted if its numbers of replies and of calls differ, since the match is unknown.
+    A question is left out if it has more replies than calls, or fewer, since the match is unknown.
     """
     outcomes = list(_outcomes_in(run))
     places = {place for place, outcome in outcomes if outcome != Outcome.CHOSEN}
@@ -215,7 +223,7 @@ def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
 
 
 def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
-    """Yield every outcome of a run after its question."""
+    """Yield the question (step, agent and kind) and the outcome of each reply of a run."""
     deciding = next(iter(run.declared.actions), "")
     for line in lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps")):
         for name in line:
@@ -225,7 +233,7 @@ def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
 
 
 def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:
-    """Return whether a model, or a member of a population, supports a schema for this question but does not use one."""
+    """Return whether a model or one of its members could use a schema for this kind of question, but does not."""
     if "format" in config and config["format"] is None and kind in (config.get("schemas") or {}):
         return True
     return any(_takes_schema(value, kind) for value in config.values() if isinstance(value, Mapping))

@@ -1,8 +1,8 @@
 """The only code that knows the layout of a sweep's folder.
 
-It contains, in outputs/<sweep>/:
+The folder contains:
 
-- sweep.yaml, multirun.yaml, analysis/
+- sweep.yaml (the definition), multirun.yaml (Hydra's configuration), analysis/
 - runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl, calls.jsonl.zst, frames/, images/}
 - progress/ and locks/ while it runs or after it was killed
 - origins/ in a sweep of forks or a probe, moments.json in a probe
@@ -66,29 +66,28 @@ from foundry.storing.sweep_file import to_yaml as to_yaml
 from foundry.texts import holds_secret, without_secrets
 
 SWEEP_LOCK = "sweep.lock"
-"""Lock that is held while `sweep.yaml` is read and rewritten."""
+"""The lock that a command holds while it reads and rewrites `sweep.yaml`."""
 WAIT_S = 30.0
-"""Maximum time that a command waits for this lock."""
+"""Maximum time that a command waits for this lock, seconds."""
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
-"""Settings that say how a sweep is run."""
+"""The settings without which a recorded sweep cannot be continued."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
 class _Report(msgspec.Struct):
-    """The needed part of a worker's report."""
-
     open: list[str]
     models: dict[str, dict[str, float | None]]
 
 
 class SweepFolder:
-    """One sweep's folder.
+    """The folder of one sweep.
 
     Attributes:
-        settings: settings of its first run (cache, runner, record, output).
-        models: name, digest and server version of each model when the sweep began.
-        plan: SHA-256 of the declaration that was made before the sweep began (`preregistration.yaml`), or None.
+        sweep: the definition of the sweep: its conditions and runs.
+        settings: settings of the first command (cache, runner, record, output).
+        models: for each model, its name, digest and server version when the sweep began.
+        plan: SHA-256 of the plan that was declared before the sweep began (`preregistration.yaml`), or None.
     """
 
     def __init__(
@@ -107,7 +106,12 @@ class SweepFolder:
 
     @classmethod
     def open(cls, path: Path | str) -> "SweepFolder":
-        """Open an existing sweep."""
+        """Open the folder of an existing sweep.
+
+        Raises:
+            InputError: the folder contains no sweep.
+            RecordError: its sweep.yaml is damaged, or an entry of the folder is a link or a device.
+        """
         path = Path(path)
         file = path / "sweep.yaml"
         if not is_there(file) or not file.is_file():
@@ -123,10 +127,10 @@ class SweepFolder:
     def create(
         cls, path: Path, sweep: Sweep, settings: dict[str, Any], models: Sequence[dict[str, Any]]
     ) -> "SweepFolder":
-        """Create a sweep's folder, or continue an existing one, which grows by the missing runs.
+        """Create the folder of a sweep, or add the missing runs to an existing sweep.
 
         Returns:
-            The folder with the requested runs and settings. Classes that only the recorded file names are not built.
+            The folder, with only the requested runs and settings; classes of other recorded conditions are not built.
         """
         begun = replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),))
         folder = cls(path, begun, settings, models, plan_sha256(path))
@@ -136,7 +140,7 @@ class SweepFolder:
             check_own(path)
         with claimed(path / "locks" / SWEEP_LOCK, wait_s=WAIT_S) as mine:
             if not mine:
-                raise InputError(f"Another command is adding to '{path}'. Try again.")
+                raise InputError(f"Another command is adding runs to '{path}'. Try again.")
             if content is not None and not is_sweep(path):
                 write_atomically(path / SWEEP_FILE, content)
                 return folder
@@ -146,7 +150,6 @@ class SweepFolder:
         return folder
 
     def _grow(self, asked: Sweep, models: Sequence[dict[str, Any]]) -> None:
-        """Add the request to the sweep and its file; without changes, the file is not rewritten."""
         grown = growth(self.sweep, asked)
         check_declared(self.sweep, asked)
         check_digests(self.models, models)
@@ -158,30 +161,28 @@ class SweepFolder:
                 write_atomically(self.path / SWEEP_FILE, self._text())
 
     def _text(self) -> bytes:
-        """Return the content of `sweep.yaml`."""
         content = sweep_text(self.sweep, self.settings, self.models, self.plan)
         _check_no_secret(content)
         return content.encode()
 
     def check_runnable(self) -> None:
-        """Check that its settings say how to run the sweep."""
-        missing = [name for name in RUN_WITH if name not in self.settings]
-        if missing:
-            file = self.path / SWEEP_FILE
-            raise RecordError(f"{file} lacks settings.{missing[0]}.")
+        """Raise an error if `sweep.yaml` lacks a setting that is needed to continue the sweep."""
+        for name in RUN_WITH:
+            if name not in self.settings:
+                raise RecordError(f"{self.path / SWEEP_FILE} lacks settings.{name}.")
 
     @property
     def analysis_dir(self) -> Path:
-        """Folder of the analysis; it may be deleted."""
+        """The folder of the analysis, which may be deleted."""
         return self.path / "analysis"
 
     def export_dir(self, what: str) -> Path:
-        """Return the default folder of an export; it may be deleted."""
+        """Return the default folder of an export, such as "inspect"; it may be deleted."""
         return self.analysis_dir / "export" / what
 
     @property
     def search_file(self) -> Path:
-        """Path of the viewer's index of all texts; it may be deleted."""
+        """Path of the index with which the viewer searches texts; it may be deleted."""
         return self.path / "viewer" / "texts-3.sqlite"
 
     @property
@@ -191,39 +192,39 @@ class SweepFolder:
 
     @property
     def baselines_dir(self) -> Path:
-        """Folder of the sweep with scripted baselines on the same worlds and seeds."""
+        """The folder of the sweep that plays scripted baselines in the same worlds, with the same seeds."""
         return self.path / "baselines"
 
     @property
     def signatures_path(self) -> Path:
-        """Path of the runs' signatures."""
+        """Path of the table with the signatures of all runs."""
         return self.analysis_dir / "signatures.csv"
 
     def runs(self) -> list[RunFolder]:
-        """Return every run of the definition, started or not."""
+        """Return all runs of the sweep, also those that have not started."""
         return self.runs_of(range(len(self.sweep.runs)))
 
     def runs_of(self, places: Iterable[int]) -> list[RunFolder]:
-        """Return the runs with the given indices in the definition."""
+        """Return the runs with these indices in the sweep."""
         scenes = self.scenes()
         return [RunFolder(self.path, self.sweep.runs[place], self.sweep, scenes) for place in places]
 
     def begun(self) -> frozenset[str]:
-        """Return the names of the runs' folders; all other runs have not started."""
+        """Return the ids of the runs that have started, that is, that have a folder."""
         with contextlib.suppress(FileNotFoundError):
             return frozenset(os.listdir(self.path / "runs"))
         return frozenset()
 
     def part(self, runs: Sequence[RunFolder]) -> "SweepFolder":
-        """Return the sweep with only some of its runs, for a process that works on these.
+        """Return the sweep with only some of its runs, to be sent to another process.
 
-        Its path is absolute, since the process may start in another working directory.
+        Its path is absolute, since that process may have another working directory.
         """
         sweep = replace(self.sweep, runs=tuple(run.run for run in runs))
         return SweepFolder(self.path.absolute(), sweep, self.settings, self.models, self.plan)
 
     def scenes(self) -> dict[str, str]:
-        """Return the files of the scenes that came with the sweep in a bundle, by their names in the sweep."""
+        """Return the files of the scenes that a bundle of this sweep contained, by their names in the sweep."""
         named = json_file(self.path / SCENES_FILE, dict[str, str]) or {}
         root = self.path.resolve()
         files = {name: (root / file).resolve() for name, file in named.items()}
@@ -233,26 +234,33 @@ class SweepFolder:
         return {name: str(file) for name, file in files.items()}
 
     def sweep_here(self) -> Sweep:
-        """Return the sweep with the scenes and moments in its folder."""
+        """Return the sweep, with its scenes and moments read from its folder."""
         return with_moments(self.with_scenes(self.sweep), self.path)
 
     def with_scenes(self, sweep: Sweep) -> Sweep:
-        """Return a sweep that uses the scenes in this sweep's folder."""
+        """Return a sweep, with its scenes read from the folder of this sweep."""
         scenes = self.scenes()
         placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in sweep.conditions)
         return replace(sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
-        """Return the path of the calls that a run shares with its forks from a given step."""
+        """Return the path of the calls before the step `at`, which a recorded run shares with its forks."""
         return self.path / ORIGINS / f"{run}-at{at}.jsonl.zst"
 
     @property
     def moments_file(self) -> Path:
-        """Path of the moments of a probe and their runs."""
+        """Path of the moments of a probe; it exists only in a probe."""
         return self.path / MOMENTS_FILE
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
-        """Write the moments of a probe and the earlier answers of their runs; existing files do not change."""
+        """Write the moments of a probe, and the earlier answers of the runs that they come from.
+
+        Existing files do not change.
+
+        Args:
+            moments: content of the file of moments.
+            past: calls of each run, by the run's id.
+        """
         for run, calls in past.items():
             path = self.path / ORIGINS / PAST.format(run)
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -262,38 +270,37 @@ class SweepFolder:
             write_atomically(self.moments_file, moments)
 
     def write_multirun(self, text: str) -> None:
-        """Write Hydra's composed sweep configuration of the first request."""
+        """Write the configuration that Hydra composed for the first command of the sweep, unless it exists."""
         if not is_there(self.path / MULTIRUN_FILE):
             write_atomically(self.path / MULTIRUN_FILE, text.encode())
 
     def multirun(self) -> str:
-        """Return Hydra's composed sweep configuration; empty if it was not stored."""
+        """Return the configuration that Hydra composed for the first command; "" if it was not stored."""
         file = self.path / MULTIRUN_FILE
         return file.read_text(encoding="utf-8") if is_there(file) else ""
 
     def stop_file(self, session: str) -> Path:
-        """Return the file whose existence asks a session's workers to stop in order."""
+        """Return the path of the file that, once it exists, tells the workers of a session to stop."""
         return self.path / "progress" / f"{session}.stop"
 
     def ask_to_stop(self, session: str) -> None:
-        """Ask the workers of a session to stop in order."""
+        """Tell the workers of a session to stop after the current step of their runs."""
         if self._session_file(session).exists():  # otherwise the session has ended
             self.stop_file(session).touch()
 
     def stop_asked(self, session: str) -> bool:
-        """Return whether workers must stop, because they were asked to or because their command has ended."""
+        """Return whether the workers of a session must stop: they were told to, or their command has ended."""
         return self.stop_file(session).exists() or not self._session_file(session).exists()
 
     def _session_file(self, session: str) -> Path:
-        """Return the file that exists during a session."""
         return self.path / "progress" / f"{session}.session"
 
     def progress_file(self, lane: str) -> Path:
-        """Return the path of a worker's progress report."""
+        """Return the path of the progress report of a worker."""
         return self.path / "progress" / f"{lane}.json"
 
     def progress(self, beside: str | None = None) -> dict[str, dict[str, Any]]:
-        """Return the last report of every worker, by worker, except the worker `beside`."""
+        """Return the last progress report of each worker, by its name, except of the worker `beside`."""
         reports = {}
         files: list[Path] = []
         with contextlib.suppress(FileNotFoundError):  # the session may end meanwhile
@@ -308,7 +315,7 @@ class SweepFolder:
         return reports
 
     def start_progress(self, session: str = "") -> None:
-        """Begin a session: delete the reports of the last session; a running session soon writes its reports again."""
+        """Begin a session and delete all progress reports; the workers of other sessions soon write theirs again."""
         begun = self._session_file(session)
         while not begun.exists():
             begun.parent.mkdir(parents=True, exist_ok=True)
@@ -318,7 +325,7 @@ class SweepFolder:
             file.unlink(missing_ok=True)
 
     def end_progress(self, session: str = "") -> None:
-        """End a session: remove its files, free locks, and remove the folder if it is then empty."""
+        """End a session: remove its progress files and, if all runs have ended, the locks."""
         folder = self._session_file(session).parent
         for file in folder.glob("*"):
             if file.name.removeprefix(".").startswith(session):
@@ -332,12 +339,12 @@ class SweepFolder:
 
 
 def with_moments(sweep: Sweep, path: Path) -> Sweep:
-    """Return a probe's sweep that uses the moments in a folder; return any other sweep unchanged."""
+    """Return a sweep; the worlds of a probe read their moments from the folder `path`."""
     return replace(sweep, conditions=tuple(replace(c, config=moments_here(c.config, path)) for c in sweep.conditions))
 
 
 def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
-    """Return the sweep of a path: with all its runs, or for a run's folder with this run only."""
+    """Return a sweep and its runs, given its folder; given the folder of a run, return only this run."""
     path = path.absolute() if path.name in ("", "..") else path
     if path.parent.name != "runs":
         folder = SweepFolder.open(path)
@@ -345,21 +352,21 @@ def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
     folder = SweepFolder.open(path.parent.parent)
     runs = {run.id: run for run in folder.runs()}
     if path.name not in runs:
-        raise not_found("Run", path.name, runs, f"They are in '{path.parent}'.")
+        raise not_found("Run", path.name, runs, f"The runs are in '{path.parent}'.")
     return folder, [runs[path.name]]
 
 
 def find_run(path: Path) -> RunFolder:
-    """Return the run of a path: a run's folder, or the folder of a sweep with a single run."""
+    """Return the run in a folder: the folder of a run, or of a sweep with a single run."""
     _, found = runs_at(path)
     if len(found) != 1:
         named = ", ".join(run.id for run in found[:5]) + (", ..." if len(found) > 5 else "")
-        raise InputError(f"'{path}' contains {len(found)} runs. Name one, such as {found[0].path}. It has {named}.")
+        raise InputError(f"'{path}' contains {len(found)} runs. Name one, such as {found[0].path}. They are {named}.")
     return found[0]
 
 
 def sweeps_in(path: Path) -> list[Path]:
-    """Return the sweeps among a folder and its subfolders, newest first, each before its baselines."""
+    """Return the sweeps that are a folder or one of its subfolders, newest first; baselines follow their sweep."""
     places = ("", "*/", "baselines/", "*/baselines/")
     folders = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
     folders -= {one for one in folders if one.name == "baselines" and one != path and one.is_symlink()}
@@ -384,11 +391,10 @@ def _no_sweep(path: Path) -> str:
 
 
 def _check_no_secret(content: str) -> None:
-    """Raise an error if a password would be written."""
     for line in content.splitlines():
         if holds_secret(line):
             shown = without_secrets(line).strip(" -")
             raise InputError(
-                f"'{shown}' contains a password, which would be written into the sweep. Set it in the environment or "
-                "in the files of the program that uses it, such as PGPASSWORD."
+                f"'{shown}' contains a password, which would be written into sweep.yaml. Set it in the environment, "
+                "such as in PGPASSWORD, or in a file of the program that uses it."
             )

@@ -1,4 +1,4 @@
-"""The content of `sweep.yaml`: the request and the expanded sweep, in all supported versions."""
+"""Reads and writes `sweep.yaml`, also in the form of version 0.1: the user's overrides, the conditions and the runs."""
 
 import copy
 import datetime
@@ -18,7 +18,7 @@ from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, Gri
 from foundry.storing.plain import load_plain
 
 UNSAID = "any"
-"""The form of records without a declaration, which are read by the keys that all steps have."""
+"""The form of undeclared records, of which foundry reads only the keys that all steps have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _OLD_FORMS = {
     "foundry.worlds.grid.grid_world.GridScenario": Declared(
@@ -34,7 +34,7 @@ _OLD_FORMS = {
 }
 Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 _INTEGERS = range(-(2**63), 2**64)
-"""The integers that a record can contain."""
+"""The integers that JSON records can contain."""
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"
 _RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
@@ -44,15 +44,15 @@ _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def declared_before(config: Mapping[str, Any]) -> Declared:
-    """Return the declaration for a configuration of 0.1, which recorded only the class of its world."""
+    """Return the declaration of records for a configuration of 0.1, which names only the class of its world."""
     return _OLD_FORMS.get(present(config["world"].get("_target_")), Declared(form=UNSAID))
 
 
 def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
-    """Return the declaration of a condition in `sweep.yaml`; None for 0.1, which records none.
+    """Return the declaration of records in a condition of `sweep.yaml`; None for 0.1, which wrote none.
 
     Raises:
-        ValueError: the declaration has a wrong shape, or its form differs from the form of the world's class.
+        ValueError: the declaration is malformed, or its form differs from the form of the world's class.
     """
     if "declared" not in condition:
         return None
@@ -62,12 +62,12 @@ def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
         raise ValueError(f"declared: {error}") from error
     for name in (declared.form, *declared.streams):
         if not _NAME.fullmatch(name) or name == "calls":
-            raise ValueError(f"declared: {name!r} is no name of a form or of a record file")
+            raise ValueError(f"declared: {name!r} is not a valid name of a form or a record file")
     shipped = declared_before(condition["config"]).form
     if shipped not in (UNSAID, declared.form):
         target = condition["config"]["world"]["_target_"]
         raise ValueError(
-            f"declared: its form is {declared.form!r}, but the records of {target} are of form {shipped!r}"
+            f"declared: its form is {declared.form!r}, but the records of {target} have the form {shipped!r}"
         )
     return declared
 
@@ -123,8 +123,6 @@ class _Cache(msgspec.Struct):
 
 
 class _Settings(msgspec.Struct):
-    """The settings that say how a sweep was run; programs that only read the sweep do not need them."""
-
     cache: _Cache | msgspec.UnsetType = msgspec.UNSET
     runner: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
     record: _Record | msgspec.UnsetType = msgspec.UNSET
@@ -155,8 +153,6 @@ class _Content(msgspec.Struct):
 
 
 class _Server(msgspec.Struct):
-    """The address of a model; it is checked before the model is built."""
-
     workers: Annotated[int, msgspec.Meta(ge=1)] | None = None
     base_url: str | list[str] | None = None
     hosts: str | list[str] | None = None
@@ -164,17 +160,15 @@ class _Server(msgspec.Struct):
 
 
 class _Part(msgspec.Struct):
-    """The settings of a model and of its members that are checked."""
-
     name: str = ""
     server: _Server | None = None
 
 
 def check_shape(content: Any) -> None:
-    """Check the content of `sweep.yaml`.
+    """Check that the content of `sweep.yaml` has the expected keys and types.
 
     Raises:
-        ValueError: the content has a wrong shape, or a value that no record can contain.
+        ValueError: it has not, or it contains a value that no record can contain.
     """
     try:
         msgspec.convert(content, _Content)
@@ -189,7 +183,7 @@ def check_shape(content: Any) -> None:
 
 
 def _check_plain(value: Any, seen: set[int]) -> None:
-    """Check that a value is valid JSON; a value that YAML's aliases share is checked once."""
+    """Raise an error if JSON cannot represent a value; a value that YAML's aliases repeat is checked once."""
     if isinstance(value, dict | list):
         if id(value) in seen:
             return
@@ -209,12 +203,12 @@ def _names(value: dict[Any, Any]) -> list[str]:
 
 
 def to_yaml(value: Any) -> str:
-    """Return the value as block-style YAML, with keys in their order and non-ASCII text unescaped."""
+    """Return a value as YAML in block style; the order of keys and non-ASCII characters are kept."""
     return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=110))
 
 
 def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]], plan: str | None) -> str:
-    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of the declaration before the sweep began."""
+    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of the plan that was declared before the sweep."""
     head = {
         "asked": list(sweep.asked),
         "history": [{"asked": list(one.overrides), "when": one.when, "runs": one.runs} for one in sweep.history],
@@ -234,7 +228,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
     }
     text = io.StringIO()
     text.write(to_yaml(head))
-    # One JSON object per line is also valid YAML, and many times faster to write than nested blocks.
+    # JSON objects, one on each line, are also valid YAML, and foundry writes them many times faster than YAML blocks.
     text.write("runs:\n")
     for run in sweep.runs:
         line = {"id": run.id, "condition": run.condition, "seed": run.seed}
@@ -243,7 +237,10 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
 
 
 def sweep_content(text: str, where: object) -> Any:
-    """Return the content of `sweep.yaml`; runs and seeds are read without YAML, since there may be very many."""
+    """Parse the text of `sweep.yaml`, which errors name `where`.
+
+    Runs and seeds are read without a YAML parser, since there may be very many.
+    """
     head, found, runs = text.rpartition(_RUNS)
     if not found or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)
@@ -254,7 +251,7 @@ def sweep_content(text: str, where: object) -> Any:
 
 @lru_cache(maxsize=4)
 def _head_content(head: str, where: object) -> Any:
-    """Return the content above the runs; the lines of seeds are read as numbers."""
+    """Parse the part of `sweep.yaml` above the runs; lines of seeds are read without a YAML parser."""
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None
@@ -270,12 +267,11 @@ def _seeds_of(condition: Any) -> Any:
 
 
 def sweep_from(content: Mapping[str, Any]) -> Sweep:
-    """Return the sweep in `sweep.yaml`.
+    """Return the sweep that the content of `sweep.yaml` describes.
 
     Raises:
-        InputError: a part has a name that tables cannot show.
-        ValueError: a part has a wrong shape, or a run has no condition or an invalid id. An id might lead to another
-            folder.
+        InputError: a world, model or prompt has a name that tables cannot show.
+        ValueError: the content is malformed, or a run has no condition or an id that is not the name of a folder.
     """
     check_shape(content)
     conditions = tuple(

@@ -22,6 +22,7 @@ from foundry.labels.folder import label_files_of
 from foundry.records import Call
 from foundry.storing.determinism import DETERMINISM_FILE
 from foundry.storing.notes import NOTES_FILE, notes_bytes, notes_of
+from foundry.storing.plain import check_folder
 from foundry.storing.preregistration import LOOKS_FILE, PREREGISTRATION_FILE
 from foundry.storing.store import (
     SCENES_FILE,
@@ -225,7 +226,7 @@ def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) 
 def _run_entries(run: RunFolder, sweep: Sweep, scrubber: Scrubber, prefix: str) -> Iterator[Entry]:
     if not run.path.exists():
         return
-    run.check_plain()
+    check_folder(run.path)
     yield _text(f"{prefix}config.yaml", lambda: to_yaml(sweep.config(run.run)), scrubber)
     if run.ended:
         yield _text(f"{prefix}run.json", partial(_summary, run, scrubber), scrubber)

@@ -14,7 +14,7 @@ from foundry.expansion import identity
 from foundry.records import NOT_JSON, Call, Counts, RunSummary
 from foundry.running.recorded import CALLS, NOTHING, Departed, Difference, first_difference
 from foundry.storing.matching import place_of
-from foundry.storing.plain import load_plain
+from foundry.storing.plain import load_plain, plain
 from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
 
 COMPLETE = "complete"
@@ -54,7 +54,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
     if summary is None:
         return
     try:
-        recorded = load_plain(run.config_file.read_text(encoding="utf-8"), "config.yaml")
+        recorded = load_plain(plain(run.path / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
         then = {**identity(recorded), "seed": recorded.get("seed")}
     except (FileNotFoundError, RecordError, TypeError, AttributeError, UnicodeDecodeError) as error:
         raise Departed(Difference("config.yaml", None, "", f"unreadable: {error}", "the run's settings")) from error

@@ -29,6 +29,7 @@ from foundry.running.recorded import (
     first_difference,
     wordings,
 )
+from foundry.storing.plain import check_folder
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
 from foundry.trust.summaries import (
     COMPLETE,
@@ -193,7 +194,7 @@ def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
 def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> Verified:
     if not run.path.exists():
         return Verified(run.id, Verdict.NOT_STARTED)
-    run.check_plain()
+    check_folder(run.path)
     try:
         summary = run.summary()
     except RecordError as error:

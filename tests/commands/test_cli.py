@@ -74,7 +74,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["resume", "nowhere"], "'nowhere' does not exist"),
         (["status", "."], "is not a sweep's folder"),
         (["check", "--known", "bat"], "Did you mean 'bar'"),
-        (["check", "world=bar", "--write", "page.md"], "add --known"),
+        (["check", "world=bar", "--write", "page.md"], "Add --known"),
         (["status", "s3://bucket/x"], "foundry status s3://bucket/x --fetch DIR"),
         (["plan", "--prompt", "model=scripted/random", "--kind", "song"], "Its kinds: message, action"),
         (["plan", "--prompt", "model=scripted/random", "--agent", "99"], "agents 0 to 19"),
@@ -82,8 +82,8 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
             ["plan", "--prompt", "world=fishery", "model=scripted/random", "--step", "2"],
             "agents 0 to 4 and steps 1 to 1",
         ),
-        (["plan", "model=scripted/random", "--agent", "0"], "--agent belongs to --prompt"),
-        (["plan", "model=scripted/random", "--difference", "0.1"], "--difference belongs to --pilot DIR"),
+        (["plan", "model=scripted/random", "--agent", "0"], "--agent only works with --prompt"),
+        (["plan", "model=scripted/random", "--difference", "0.1"], "--difference only works with --pilot DIR"),
         (["doctor", "model=scripted/random", "--pull", "llama3.2"], "Leave out model="),
         (["-m", "model=scripted/stay", "--json"], "Unknown option '--json'. The command with --help lists"),
         (["--cfg", "jop", "model=scripted/stay"], "--cfg/-c: invalid choice: 'jop' (choose from "),
@@ -273,7 +273,7 @@ def test_prompt_prints_what_a_run_really_sends_and_that_of_a_game(workspace: Pat
 def test_prompt_needs_no_server(workspace: Path):
     done = succeeds("plan", "--prompt", "--step", "1", "--agent", "3", cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
     assert done.stdout.startswith("You are Agent 3 (") and done.stdout.endswith("Step: 1\n")
-    assert "assumed to be silence" in done.stderr
+    assert "they count as silence" in done.stderr
 
 
 def test_doctor_lists_what_servers_have_heeds_no_proxy_and_refuses_a_bad_address(workspace: Path):

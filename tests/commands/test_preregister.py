@@ -48,7 +48,7 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
     said = (declared / "said.txt").read_text().splitlines()
     content = (declared / "out" / "preregistration.yaml").read_bytes()
     assert said[0] == f"{hashlib.sha256(content).hexdigest()}  out/preregistration.yaml"
-    assert said[1] == "8 seeds, pairs: 1 (model) with 2 tests; looks at 6 (level 0.037), 8 (level 0.029)"
+    assert said[1] == "8 seeds; pairs: 1 (model) with 2 tests; looks at 6 (level 0.037), 8 (level 0.029)"
     assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
     assert "Only a difference can answer clustering.nni and idle_rate.chosen; if none is found, all 8 seeds" in "".join(
         said
@@ -147,7 +147,7 @@ def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tm
         analyze(tmp_path / "out", plots=False)
         said = succeeds("preregister", *served, "output.dir=again", "--family", NNI, **to)
         known = "known before the plan: 48 answers, runs in out"
-        assert f"{known}; ask for seeds that nobody has seen: seed=6-11" in said.stdout
+        assert f"{known}; these seeds are still unseen: seed=6-11" in said.stdout
         succeeds(*served, "output.dir=again", **to)
     rows = analyze(tmp_path / "again", plots=False).contrasts
     declared = rows[rows["claim"] == "declared"]

@@ -172,10 +172,10 @@ def test_a_quiet_sweep_tells_its_result_alone_and_a_verbose_one_of_each_run_as_i
 def test_a_quiet_command_leaves_out_what_is_no_result_and_the_next_one_does_not(swept: Path):
     asked = ("plan", "--pilot", "out", "--measure", "idle_rate.chosen")
     quiet, usual = (foundry(*asked, *flag, cwd=swept) for flag in (("-q",), ()))
-    assert "use the last" in usual.stdout and "use the last" not in quiet.stdout
+    assert "use cautious" in usual.stdout and "use cautious" not in quiet.stdout
     assert "idle_rate.chosen" in quiet.stdout and quiet.returncode == usual.returncode
 
 
 def test_quiet_and_verbose_exclude_each_other(tmp_path: Path):
     done = foundry("status", "out", "-q", "-v", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (2, "foundry: -q and -v exclude each other: give one of them.\n")
+    assert (done.returncode, done.stderr) == (2, "foundry: -q and -v cannot be used together. Give one of them.\n")

@@ -121,7 +121,7 @@ def test_a_probe_is_exported_without_scores_since_it_is_compared_by_moment(tmp_p
     succeeds(*probe, "output.dir=probed", cwd=tmp_path)
     probed = SweepFolder.open(tmp_path / "probed")
     assert scores_of(probed, None).measures == ()
-    with pytest.raises(InputError, match="is a probe, and probes are compared by moment. Leave out --family"):
+    with pytest.raises(InputError, match="is a probe, which has no measures to export. Leave out --family"):
         scores_of(probed, ["outcome.readable"])
     told = exported("eee", "probed", cwd=tmp_path, code=2)
     assert "No declared measure with a better direction has a value, so there is no record" in told

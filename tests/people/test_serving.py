@@ -25,9 +25,9 @@ def request(key: str = "k", step: int = 1) -> Request:
 
 
 def test_people_are_told_under_which_name_their_answers_are_kept():
-    assert "You answer as human/a. What you send is recorded under this name, with" in told_to(["human/a"], "out")
+    assert "You answer as human/a. Your answers are recorded under this name, with" in told_to(["human/a"], "out")
     several = told_to(["human/a", "human/b"], "out")
-    assert "human/a and human/b. What you send is recorded under the name shown with each question" in several
+    assert "human/a and human/b. Your answers are recorded under the name shown with each question" in several
 
 
 @pytest.fixture

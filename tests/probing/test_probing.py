@@ -326,7 +326,7 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     [
         ((), "Nothing is declared: name a model or an edit"),
         (("--family", "no_fir"), "Did you mean 'no_fire'?"),
-        (("--family", "no_fire", "--looks", "6,8"), "A probe has no margins and no looks"),
+        (("--family", "no_fire", "--looks", "6,8"), "A probe has no margins and no interim looks"),
     ],
 )
 def test_a_plan_of_a_probe_that_cannot_be_is_refused(pilot: Path, tmp_path: Path, more: tuple[str, ...], message: str):

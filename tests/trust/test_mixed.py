@@ -82,7 +82,7 @@ def test_scripted_members_send_no_calls(tmp_path: Path):
         )
     assert "at most 6 calls would be sent" in planned.stdout, planned.stdout + planned.stderr
     unknown = foundry("plan", "model=mix/qwen3:4b@0+scripted/stay@1", *shape, cwd=tmp_path, OLLAMA_HOST="127.0.0.1:9")
-    assert "The sweep could not start now" in unknown.stdout and "at most 24 calls" in unknown.stdout
+    assert "If the sweep started now, it would fail" in unknown.stdout and "at most 24 calls" in unknown.stdout
 
 
 def test_a_file_of_ones_own_composes_its_members(tmp_path: Path):

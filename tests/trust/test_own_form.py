@@ -154,7 +154,7 @@ def test_a_record_that_it_did_not_declare_ends_the_run_alone_and_says_why(home: 
     assert "failed after 2 steps: the world wrote a record of stream 'rumours'" in told.stdout, told.stdout
 
 
-NO_NAME = "is no name of a form or of a record file"
+NO_NAME = "is not a valid name of a form or a record file"
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_another_form_than_a_shipped_class_has_is_refused_before_anything_is_rea
     for command in ("status", "verify", "resume", "analyze", "report"):
         line = refusal(command, "copy", cwd=tmp_path)
         assert (
-            "its form is 'camera', but the records of foundry.worlds.grid.grid_world.GridScenario are of form" in line
+            "its form is 'camera', but the records of foundry.worlds.grid.grid_world.GridScenario have the form" in line
         )
 
 

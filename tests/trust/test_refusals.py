@@ -123,7 +123,7 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     (tmp_path / "my_worlds.py").write_text("from foundry.worlds.grid.grid_world import GridScenario\n")
     monkeypatch.syspath_prepend(tmp_path)
     sweep = Path(shutil.copytree(grid_sweep, tmp_path / "copy"))
-    for file in (sweep / "sweep.yaml", *(run.config_file for run in SweepFolder.open(sweep).runs())):
+    for file in (sweep / "sweep.yaml", *(run.path / "config.yaml" for run in SweepFolder.open(sweep).runs())):
         file.write_text(
             file.read_text().replace("foundry.worlds.grid.grid_world.GridScenario", "my_worlds.GridScenario")
         )

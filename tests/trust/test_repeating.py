@@ -92,7 +92,7 @@ def test_a_sweep_makes_at_most_two_percent_of_its_calls_again_and_its_plan_says_
         planned = foundry("plan", *SWEEP, *longer, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
         swept(server, tmp_path, *longer)
         there = foundry("plan", *SWEEP, *longer, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
-    assert f"determinism: at most {further} recorded calls would be made again at the end" in planned
+    assert f"determinism check: at most {further} calls would be repeated at the end" in planned
     # How many stand beside the repeated calls depends on how many the limiter lets be in flight.
     assert calls_of_sweep + 4 <= server.counts.chats <= calls_of_sweep + further
     assert "determinism" not in there

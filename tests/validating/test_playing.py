@@ -31,7 +31,7 @@ def validated(folder: Path, count: int):
 @pytest.mark.slow
 def test_what_holds_is_played_and_written_as_a_page_with_the_commands_that_play_it_again(tmp_path: Path):
     done = validated(tmp_path, 4)
-    assert done.returncode == 0 and "2 of 2 closed forms hold" in done.stdout
+    assert done.returncode == 0 and "2 of 2 known results hold" in done.stdout
     written = (tmp_path / "page.md").read_text()
     assert "| count | outcome.n_decisions | 2 | 4 | 4 | yes |" in written
     asked = (
@@ -43,7 +43,7 @@ def test_what_holds_is_played_and_written_as_a_page_with_the_commands_that_play_
 @pytest.mark.slow
 def test_what_does_not_hold_shows_and_the_exit_code_is_3(tmp_path: Path):
     done = validated(tmp_path, 5)
-    assert done.returncode == 3 and "1 of 2 closed forms hold" in done.stdout
+    assert done.returncode == 3 and "1 of 2 known results hold" in done.stdout
     assert "| count | outcome.n_decisions | 2 | 4 | 5 | NO |" in (tmp_path / "page.md").read_text()
 
 

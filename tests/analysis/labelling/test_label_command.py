@@ -52,7 +52,7 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
     assert {one.text: one.label for one in kept.judgements} == {
         **dict.fromkeys(WARNINGS, "yes"), "hello": "no", "shall we meet in the cafe?": None,
     }  # fmt: skip
-    assert "5 distinct texts labelled, 1 of them with no readable answer" in done.stdout
+    assert "5 distinct texts labelled; for 1 of them the answer was unreadable" in done.stdout
     assert "precision 1.00 (65 of 65), recall 1.00 (65 of 65), Cohen's kappa 1.00 on 131 held-out texts" in done.stdout
     assert "upper bounds" in done.stdout
 

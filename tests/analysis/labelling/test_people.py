@@ -84,7 +84,7 @@ def test_the_recorded_decision_is_the_rule_of_the_label_reading_and_unread_repli
         (("--label", "warning", "model=human/ana"), "--label takes one sweep and nothing else"),
         (("missing", "--label", "warning"), "--label takes one sweep and nothing else"),
         (("--label", "sight_claim"), "have no replies in 3D, so label 'sight_claim'"),
-        (("--per-model", "5"), "--per-model belongs to --label"),
+        (("--per-model", "5"), "--per-model only works with --label"),
         (("--label", "polite", "--config-dir", "absent"), "folder not found"),
     ],
 )
