@@ -1,4 +1,4 @@
-"""Builds objects from configurations, with `_target_` as the only registry; and the asker of a run."""
+"""Builds objects from configurations, which name their classes by `_target_`; and wraps models for a run."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -22,24 +22,27 @@ from foundry.worlds.base import Scenario
 
 
 def build(config: Mapping[str, Any]) -> Any:
-    """Build the object that a configuration's `_target_` names; the other keys are the arguments.
+    """Build an object of the class that `_target_` names; all other keys are its arguments.
 
-    Parts that have a `_target_` too are built first. Hydra's `instantiate` would resolve every `${...}` in a text
-    again, even in a prompt, or in a configuration that someone else recorded.
+    Parts of the configuration that have a `_target_` are built first. Hydra's `instantiate` is not used, because it
+    would resolve `${...}` in texts again, also in prompts and in configurations that someone else recorded.
+
+    Raises:
+        InputError: the class does not exist, or cannot be built from these settings.
     """
     if "_target_" not in config:
         raise InputError(f"The configuration of '{config.get('name', '?')}' has no _target_ to build.")
+    target = config["_target_"]
+    name = config.get("name", target)
     try:
         return _built(config)
     except FoundryError:
         raise
     except ModuleNotFoundError as error:
-        name = config.get("name", config["_target_"])
         raise InputError(
             f"'{name}' cannot be built: {error}. If this is your own code, name its folder with --config-dir."
         ) from error
     except Exception as error:
-        name, target = config.get("name", config["_target_"]), config["_target_"]
         raise InputError(f"'{name}' ({target}) cannot be built from its settings: {one_line(error)}") from error
 
 
@@ -56,13 +59,20 @@ def model_stack(
     info: ModelInfo | None = None,
     limit: Callable[[InFlight], Limit] = Limit,
 ) -> Model:
-    """Wrap a model that costs something, or each of its members."""
+    """Wrap a model whose calls cost something, or each such member of a population.
+
+    Args:
+        model: the model.
+        answers: function that opens the cache of answers; it is called once for each model that costs something.
+        info: facts about the model from its server, with those of its members.
+        limit: function that makes the limit on a server's calls in flight.
+    """
     known = iter(() if info is None else each_info(info))
     return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
 
 
 def members_of(model: Model) -> list[Model]:
-    """Return the model, or the models to which it passes requests."""
+    """Return the members of a population; for any other model, the model itself."""
     members: list[Model] = []
 
     def noted(one: Model) -> Model:
@@ -74,12 +84,12 @@ def members_of(model: Model) -> list[Model]:
 
 
 def served_by_others(model: Model) -> list[Model]:
-    """Return the models that other processes serve."""
+    """Return the members of a model that a server runs, and not this process."""
     return [member for member in members_of(model) if member.costs and not member.in_process]
 
 
 def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
-    """Yield the facts of a model, or of its members in the order of their wrappers."""
+    """Yield the facts about a model, or about each of its members in their order."""
     if not info.members:
         yield info
     for member in info.members:
@@ -89,7 +99,7 @@ def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
 def _stacked(
     model: Model, answers: Callable[[], Answers], info: ModelInfo | None, limit: Callable[[InFlight], Limit]
 ) -> Model:
-    """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
+    """Wrap a model that costs something: a call passes the cache, the warm-up, the limit, the retries, the weights."""
     if not model.costs:
         return model
     serving = serving_of(model)
@@ -104,12 +114,12 @@ def _stacked(
 
 
 def in_run(model: Model, config: Mapping[str, Any], scenario: Scenario, info: ModelInfo) -> Model:
-    """Return the model in the form that answers in a run, given the run's configuration."""
+    """Return the model that answers in a run; a population, for example, then knows which agents its members play."""
     seed = config["seed"]
     return model.in_run(RunContext(seed, calls_seed(config), scenario.personas(seed), info))
 
 
 def asker_of(config: Mapping[str, Any], scenario: Scenario, prompt: Prompt, model: Model, info: ModelInfo) -> Asker:
-    """Return the asker of a run, which puts its questions to the model."""
+    """Return the asker of a run, which turns the world's questions into prompts and sends them to the model."""
     placed = in_run(model, config, scenario, info)
     return Asker.create(placed, prompt, digest=info.digest, seed=calls_seed(config))

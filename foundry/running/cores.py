@@ -1,4 +1,4 @@
-"""Limits how processes use the cores of a machine: the threads that draw, and the time for garbage collection."""
+"""Limits the CPU time of a process: its threads for drawing, and its garbage collection."""
 
 import contextlib
 import gc
@@ -6,13 +6,13 @@ import os
 from collections.abc import Iterator
 
 _THREADS = "LP_NUM_THREADS"
-"""Environment variable with the number of further threads that draw a picture in Mesa's software driver."""
+"""The environment variable that sets how many further threads of Mesa's software driver draw a picture."""
 _SELDOM = (20_000, 20, 20)
-"""Thresholds of Python's garbage collector."""
+"""Thresholds at which Python's garbage collector seldom runs."""
 
 
 def share_cores(workers: int) -> None:
-    """Limit the threads of software drawing; otherwise each worker uses all cores for one picture.
+    """Limit the threads that draw without a GPU; else each of several workers would use all cores for a picture.
 
     A worker must call this before it draws.
     """
@@ -20,14 +20,14 @@ def share_cores(workers: int) -> None:
 
 
 def threads_of(cores: int, workers: int) -> int:
-    """Return the number of further drawing threads of each worker; 0 for a worker with one core."""
+    """Return how many further threads of each worker may draw; 0 if it has a single core."""
     own = cores // workers
     return own if own > 1 else 0
 
 
 @contextlib.contextmanager
 def garbage_sought_seldom() -> Iterator[None]:
-    """Collect garbage less often within this context; with thirty open runs, it took a fifth of a worker's CPU time."""
+    """Collect garbage less often within this context; it took a fifth of the CPU time of a worker with 30 open runs."""
     before = gc.get_threshold()
     seek_garbage_seldom()
     try:
@@ -42,5 +42,8 @@ def seek_garbage_seldom() -> None:
 
 
 def leave_all_to_the_system() -> None:
-    """Let this process end without clean-up, a fifth of a short command's CPU time; files must be closed before."""
+    """Let this process end without a clean-up, which takes a fifth of a short command's CPU time.
+
+    Files must be closed before.
+    """
     gc.freeze()

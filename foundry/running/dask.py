@@ -1,4 +1,4 @@
-"""Runs a sweep on the workers of an existing Dask cluster, through joblib."""
+"""Plays the runs of a sweep on the workers of a Dask cluster, through joblib."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from foundry.texts import one_line, without_secrets
 
 CONNECT_S = 5
 _CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
-"""Loggers that print tracebacks when connections are lost; foundry prints one line instead."""
+"""Loggers that print a traceback when a connection is lost; foundry prints a line instead."""
 _INSTALL = "pip install 'foundry-worlds[dask]'"
 
 
 class WorkersLost(FoundryError):
-    """A task ended without a result, because its workers or the scheduler died."""
+    """A task has no result, because its workers or the scheduler died."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,9 @@ class Site:
     """The facts that a worker of the cluster reports.
 
     Attributes:
-        versions: versions of foundry, Python and the packages that can change a record.
-        sees: whether the worker sees the file of the question.
+        versions: versions of foundry, Python and all packages that can change a record.
+        host: name of the worker's machine.
+        sees: whether the worker can read the sweep's file.
     """
 
     versions: Mapping[str, str]
@@ -51,10 +52,10 @@ class Site:
 
 
 class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
-    """Joblib's backend, changed so that it does not wait for ever for a task without a result."""
+    """Joblib's backend for Dask, except that it does not wait for ever if a task has no result."""
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Return how many tasks the cluster processes at once; never 1, for which joblib would not use the cluster."""
+        """Return how many tasks the cluster processes at once, at least 2; for 1, joblib would not use the cluster."""
         return max(2, int(super().effective_n_jobs(n_jobs)))
 
     async def _collect(self) -> None:
@@ -69,7 +70,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
             await asyncio.sleep(0.01)
 
     def retrieve_result_callback(self, out: Any) -> Any:
-        """Return a task's result."""
+        """Return the result of a task."""
         if isinstance(out, WorkersLost):
             raise out
         return super().retrieve_result_callback(out)
@@ -77,30 +78,34 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """Connect to a scheduler; yield the `distributed.Client`."""
+    """Connect to a scheduler of Dask; yield the `distributed.Client`."""
     try:
         from distributed import Client
     except ImportError as error:
-        raise InputError(f"runner=dask needs a package that is not installed: {_INSTALL}") from error
+        raise InputError(f"runner=dask needs a package that is not installed. Install it: {_INSTALL}") from error
     for name in _CHATTY:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            f"No Dask scheduler answers at runner.address={without_secrets(address)}: start one with 'dask scheduler', "
-            "and workers with 'dask worker ADDRESS'."
+            f"No Dask scheduler answers at runner.address={without_secrets(address)}. Start one with 'dask scheduler', "
+            "and its workers with 'dask worker ADDRESS'."
         ) from error
     with client:
         yield client
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker for its facts, and whether it sees a file; return the answers by address."""
+    """Ask every worker for its facts and whether it can read a file; return the answers by worker's address.
+
+    Raises:
+        InputError: there are no workers, or a worker has other versions than this process.
+    """
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)
-        raise InputError(f"The Dask scheduler at {shown} has no workers: start some with 'dask worker {shown}'.")
+        raise InputError(f"The Dask scheduler at {shown} has no workers. Start some with 'dask worker {shown}'.")
     for worker, found in sorted(sites.items()):
         if not isinstance(found, Site):
             raise InputError(f"Worker {worker} cannot run this foundry ({found}): {_same_versions()}")
@@ -112,18 +117,18 @@ def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
 
 
 def _same_versions() -> str:
-    return "install the same versions on both, since they decide what is recorded."
+    return "install the same versions on both, because versions can change records."
 
 
 def site(file: str) -> Site:
-    """Return the facts about this process; workers call this."""
+    """Return the facts about this process; workers of the cluster call this."""
     return Site(provenance.versions(), socket.gethostname(), Path(file).exists())
 
 
 def scheduler_lost() -> Callable[[], bool]:
-    """Return a function for workers that says whether the worker has lost its scheduler, and so the command.
+    """Return a function that returns whether this worker has lost its scheduler, and with it the command.
 
-    Such a worker would end only after its tasks, whose calls would still cost money.
+    A worker without scheduler would still finish its tasks, whose calls cost money.
     """
     from distributed import Status, get_worker
 
@@ -132,7 +137,7 @@ def scheduler_lost() -> Callable[[], bool]:
 
 
 def check_cache(sites: Mapping[str, Site], cache: str) -> None:
-    """Reject a cache in a file if several machines would write to it."""
+    """Raise an error if several machines would write to a cache that is a file."""
     hosts = {site.host for site in sites.values()} | {socket.gethostname()}
     if len(hosts) > 1 and not is_database(cache):
         raise InputError(
@@ -142,7 +147,7 @@ def check_cache(sites: Mapping[str, Site], cache: str) -> None:
 
 
 def check_folder(sites: Mapping[str, Site], folder: Path) -> None:
-    """Reject a sweep's folder that some workers do not see."""
+    """Raise an error if some workers cannot read the sweep's folder."""
     blind = sorted(worker for worker, site in sites.items() if not site.sees)
     if blind:
         raise InputError(
@@ -152,7 +157,7 @@ def check_folder(sites: Mapping[str, Site], folder: Path) -> None:
 
 
 class DaskRunner(Runner):
-    """Runs a sweep on a Dask cluster; its folder is on a shared file system, or every run is sent to a URL."""
+    """Plays the runs of a sweep on a Dask cluster, which shares a file system or sends every run to a URL."""
 
     def __init__(
         self,
@@ -165,14 +170,14 @@ class DaskRunner(Runner):
         """Take the settings of `conf/runner/dask.yaml`."""
         super().__init__(open_runs, ahead)
         if "://" not in address:
-            raise InputError(f"runner.address={address} does not say how it is reached: write tcp://{address}.")
+            raise InputError(f"runner.address={address} lacks a protocol. Write, for example, tcp://{address}.")
         self._address = address
         self._workers = worker_count(workers)
         self._remote = remote
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Connect, and check that the workers can run the sweep."""
+        """Connect to the cluster, and check that its workers can run the sweep."""
         folder = job.folder
         job = replace(job, folder=SweepFolder(folder.path.absolute(), folder.sweep, folder.settings, folder.models))
         remote = RemoteSweep.open(self._remote) if self._remote else None
@@ -189,7 +194,7 @@ class DaskRunner(Runner):
                 yield functools.partial(self._play_remotely, client, job, runs)
 
     def _play(self, client: Any, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
-        """Give every worker the whole list of runs; each takes free runs, including the runs of a dead worker."""
+        """Give all runs to every worker; each plays the runs that no other worker plays, also those of dead workers."""
         spec = self.spec(job, runs, number)
 
         def attempt() -> str | None:
@@ -203,7 +208,7 @@ class DaskRunner(Runner):
     def _play_remotely(
         self, client: Any, job: SweepJob, remote: RemoteRuns, runs: Sequence[RunFolder], number: int
     ) -> None:
-        """Hand out chunks, since without a shared folder there are no locks; fetch the runs that have ended."""
+        """Give each worker its own chunks of runs, since there are no locks without a shared folder; fetch the runs."""
         spec = self.spec(job, runs, number)
         workers = self._size(client, runs)
 
@@ -220,7 +225,7 @@ class DaskRunner(Runner):
         raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _outlive(self, client: Any, attempt: Callable[[], str | None], runs: Sequence[RunFolder]) -> str | None:
-        """Repeat tasks that Dask gives up because their workers died, as long as further runs end."""
+        """Repeat tasks whose workers died, as long as each attempt ends further runs."""
         while True:
             ended = sum(run.ended for run in runs)
             try:
@@ -236,7 +241,7 @@ class DaskRunner(Runner):
 
 
 def work(spec: LaneSpec) -> str | None:
-    """Work as one of the workers on a machine of the cluster; return the cause that must end the sweep, or None."""
+    """Play runs on a machine of the cluster; return the cause that must end the sweep, or None."""
     return Lanes(spec, 1, scheduler_lost()).run()
 
 
@@ -246,7 +251,6 @@ def play(chunk: Chunk) -> Played:
 
 
 def _parallel(client: Any, tasks: Iterable[Any], at_once: int | str) -> Iterator[Any]:
-    """Yield the results of tasks in the order in which they end."""
     with joblib.parallel_config(backend=DaskBackend(client=client)):
         parallel = joblib.Parallel(n_jobs=-1, batch_size=1, pre_dispatch=at_once, return_as="generator_unordered")
         yield from parallel(tasks)

@@ -1,4 +1,4 @@
-"""One worker: it takes free runs, plays several at once in one event loop, and reports its progress."""
+"""A worker (lane): it plays runs, several at once in one event loop, and reports its progress."""
 
 import asyncio
 import contextlib
@@ -49,7 +49,7 @@ REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
 MOST_NOTES = 20
 MOST_OPEN = 64
-"""Maximum number of runs that are open at once to fill a server; each has a few open files."""
+"""Maximum number of runs that a worker plays at once to keep a server busy; each has a few open files."""
 
 
 @dataclass(frozen=True)
@@ -57,19 +57,20 @@ class LaneSpec:
     """The input of a worker.
 
     Attributes:
-        name: the worker's name in the sweep's folder.
+        name: name of the worker, by which its progress report is named.
         session: session of its command; a command stops only the workers of its own session.
-        runs: ids of the runs that it may take, in order; it skips runs that other workers have.
-        suspects: ids of runs that were open when a worker died; it takes these first, one at a time.
-        infos: the server's facts about each model, by `expansion.settings_key`.
-        cache: location of the answer cache: a file or a database.
+        folder: the sweep.
+        runs: ids of the runs that it may play, in order; it skips runs that other workers play.
+        infos: facts about each model from its server, by `expansion.settings_key`.
+        cache: file or database with the cache of answers.
+        suspects: ids of runs that were open when a worker died; it plays these first, one at a time.
         frame_every: n, to store a picture of every n-th step; 0 stores none.
         open_runs: number of runs that it plays at once; it plays more if a server has room for more calls.
-        ahead: whether agents that no open answer can affect are asked before the others have answered.
-        workers: number of workers that begin together; each gets its part of every limit on calls in flight.
-        apart: whether workers cannot see each other's reports, so that these parts do not change.
-        parent: process without which the work is pointless; None for this process.
-        own: the user's own folders; the sweep's parts may need their code.
+        ahead: whether foundry asks an agent early if no unanswered question can affect it.
+        workers: number of workers that begin together; they divide each limit on calls in flight.
+        apart: whether workers cannot read each other's reports, so that their parts of a limit do not change.
+        parent: id of the process that waits for the worker, which ends without it; None if it is this process.
+        own: the user's own folders, with code that the sweep may need.
     """
 
     name: str
@@ -90,7 +91,7 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """A worker's progress with one model; `spared` counts possible calls that ended runs did not make."""
+    """The progress of a worker with one model; `spared` counts the possible calls that ended runs did not make."""
 
     complete: int = 0
     failed: int = 0
@@ -102,7 +103,7 @@ class Tally:
     spared: int = 0
 
     def add(self, counts: Counts) -> None:
-        """Add the totals of a run."""
+        """Add the counts of a run."""
         self.calls += counts.calls
         self.cached += counts.cached
         self.retries += counts.retries
@@ -110,7 +111,7 @@ class Tally:
         self.output_tokens += counts.output_tokens
 
     def end(self, summary: RunSummary, most: int = 0) -> None:
-        """Add a run that ended, given its maximum number of calls."""
+        """Add a run that ended; `most` is the maximum number of calls that it could have made."""
         self.complete += summary.status == "complete"
         self.failed += summary.status != "complete"
         self.add(summary.counts)
@@ -118,14 +119,14 @@ class Tally:
 
 
 class Notes(logging.Handler):
-    """Keeps a worker's messages for its report, since printing them would spoil the progress bars in a terminal."""
+    """Keeps the messages of a worker for its report, since printing them would disturb the progress bars."""
 
     def __init__(self) -> None:
         super().__init__()
         self.lines: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep a line, unless it is already there."""
+        """Keep a message, unless the same message is already kept."""
         line = record.getMessage()
         if line not in self.lines:
             self.lines.append(line)
@@ -133,11 +134,11 @@ class Notes(logging.Handler):
 
 @dataclass(frozen=True)
 class Played:
-    """A run that was begun and has come to a stop.
+    """A run that this worker has played, or began to play before it was stopped.
 
     Attributes:
-        started: ISO time of the start.
-        seconds: wall time.
+        started: time of the start, ISO 8601, UTC.
+        seconds: wall time, seconds.
     """
 
     folder: RunFolder
@@ -148,7 +149,13 @@ class Played:
 
 @dataclass
 class Lane:
-    """A worker at work; `notes` holds its messages."""
+    """A worker at work.
+
+    Attributes:
+        notes: its messages.
+        fatal: the cause that must end the sweep, or None.
+        stopping: whether it stops after the current step of its runs.
+    """
 
     spec: LaneSpec
     notes: Notes = field(default_factory=Notes)
@@ -172,7 +179,7 @@ class Lane:
         self._limits = Shared(self.spec.name, self.spec.workers, apart=self.spec.apart)
 
     def run(self) -> str | None:
-        """Work until no run is left; return the cause that must end the sweep, or None."""
+        """Play runs until none is left; return the cause that must end the sweep, or None."""
         self.stopping = self.spec.folder.stop_asked(self.spec.session)
         stop_reporting = threading.Event()
         reporter = threading.Thread(target=self._report_until, args=(stop_reporting,), daemon=True)
@@ -201,7 +208,7 @@ class Lane:
                 await model.close()
 
     def _exchange(self) -> None:
-        """Share facts about servers with the other workers each time their reports were read."""
+        """Exchange facts about servers with the other workers, if their reports were read since the last time."""
         reports, self._heard = self._heard, None
         if reports is not None:
             self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
@@ -210,7 +217,7 @@ class Lane:
                 self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
 
     async def _confirm(self) -> None:
-        """Ask the servers at the end whether they still have the models of the start."""
+        """Ask the servers, at the end, whether they still have the same weights."""
         for model in self._models.values():
             try:
                 await model.confirm()
@@ -220,7 +227,7 @@ class Lane:
                 logging.getLogger("foundry").warning("%s", error)
 
     def _fail_spoiled(self) -> None:
-        """Record interrupted runs as failed if answers that they used are no longer trusted."""
+        """Record a stopped run as failed if it used answers that may come from other weights."""
         for played in self._stopped:
             if any(self._is_spoiled(played.folder, change) for change in self._changes):
                 with played.folder.claim() as mine:
@@ -249,11 +256,11 @@ class Lane:
             self._exchange()
 
     def _open_runs(self, least: int) -> int:
-        """Return how many runs to play at once: more than the setting if a server has room, unless the setting is 1."""
+        """Return how many runs to play at once: `least`, or more if that is above 1 and a server has room."""
         return least if least == 1 else max(least, min(MOST_OPEN, least + self._more))
 
     async def _settle(self, folder: RunFolder) -> bool:
-        """Play the run unless it has ended or another worker has it; return False in the latter case."""
+        """Play a run that has not ended; return False if another worker is playing it."""
         try:
             with folder.claim() as mine:
                 if mine and not folder.ended:
@@ -295,11 +302,11 @@ class Lane:
             self._end(played, failure)
 
     async def _settle_answers(self, folder: RunFolder, model: Model) -> None:
-        """Ask the server to confirm the answers of a run at its end; only then is the run complete.
+        """Ask the server to confirm, at the end of a run, that it has the same weights; only then the run is complete.
 
         Raises:
-            ModelChangedError: the run used answers that are no longer trusted.
-            UnconfirmedError: the server does not say whether they are trusted.
+            ModelChangedError: the run used answers that may come from other weights.
+            UnconfirmedError: the server does not answer.
         """
         try:
             await model.confirm()
@@ -311,7 +318,6 @@ class Lane:
                 raise
 
     def _end(self, played: Played, failure: Exception | None) -> None:
-        """Write how a run ended."""
         summary = summarise(
             played.folder,
             self.spec.infos,
@@ -341,14 +347,13 @@ class Lane:
         )
 
     def _config_text(self, folder: RunFolder) -> str:
-        """Return the effective configuration as YAML; only the seed differs within a condition."""
+        """Return the configuration of a run as YAML; the runs of a condition only differ in the seed."""
         index = folder.run.condition
         if index not in self._texts:
             self._texts[index] = to_yaml(dict(self.spec.folder.sweep.conditions[index].config))
         return f"{self._texts[index]}seed: {folder.run.seed}\n"
 
     def _shared(self, config: Mapping[str, Any]) -> Any:
-        """Build a configured object once and share it between the runs."""
         key = settings_key(config)
         if key not in self._built:
             self._built[key] = build(config)
@@ -370,7 +375,7 @@ class Lane:
         return self._answers
 
     def _stop(self, error: FoundryError) -> None:
-        """Let the open runs stop and the sweep end, since this error would end every further run too."""
+        """Stop the open runs and the sweep, because every further run would end with the same error."""
         self.fatal, self.stopping = self.fatal or str(error), True
         if isinstance(error, ModelChangedError) and error not in self._changes:
             self._changes.append(error)
@@ -386,7 +391,6 @@ class Lane:
                     self._heard = self.spec.folder.progress(beside=self.spec.name)
 
     def _report(self) -> None:
-        """Write this worker's progress for other processes."""
         models = {name: Tally(**vars(tally)) for name, tally in list(self._tallies.items())}
         opened, most = list(self._open.items()), dict(self._most)
         for _, (name, writer) in opened:
@@ -396,8 +400,8 @@ class Lane:
             "stopping": self.stopping,
             "open": [run for run, _ in opened],
             "most": {run: most[run] for run, _ in opened if run in most},
-            "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
-            "models": {name: vars(tally) for name, tally in models.items()},
+            "counts": {run: writer.counts for run, (_, writer) in opened},
+            "models": models,
             "limits": self._parts,
             "in_flight": self._limits.together,
             "removed": sum(change.removed for change in list(self._changes)),
@@ -412,7 +416,7 @@ class Lane:
 
 
 def run_lane(spec: LaneSpec) -> str | None:
-    """Work in a separate process; the parent handles Ctrl-C."""
+    """Work as a worker in a process of its own, whose parent handles Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     own_code.use(spec.own)  # a worker on a cluster lacks the environment variables of its command
     share_cores(spec.workers)
@@ -420,11 +424,6 @@ def run_lane(spec: LaneSpec) -> str | None:
     if sys.stderr.isatty():
         logging.getLogger("foundry").addHandler(lane.notes)
     return lane.run()
-
-
-def _calls_so_far(counts: Counts) -> dict[str, int | None]:
-    names = ("calls", "cached", "retries", "prompt_tokens", "output_tokens", "cached_tokens")
-    return {name: getattr(counts, name) for name in names}
 
 
 def _now() -> str:
@@ -441,7 +440,7 @@ def summarise(
     seconds: float,
     error: Exception | None,
 ) -> RunSummary:
-    """Return how a run ended; `writer` is None if the process that wrote its records is gone."""
+    """Return the content of `run.json`; `writer` is None if the process that wrote the records has died."""
     config = folder.config()
     info = infos[settings_key(config["model"])]
     versions = provenance.versions()

@@ -1,4 +1,4 @@
-"""One worker in a separate process; `python -m foundry.running.lane_process` is that process."""
+"""Starts a worker in a process of its own, which runs `python -m foundry.running.lane_process`."""
 
 import contextlib
 import os
@@ -19,16 +19,16 @@ class WorkerDied(Exception):
 
 
 class LaneProcess:
-    """A process for one worker; its death is reported and does not affect other workers.
+    """The process of one worker; other workers go on if it dies.
 
-    Process pools do not work everywhere: a Dask worker may be a daemon, to which `multiprocessing` allows no children.
+    Pools of `multiprocessing` do not work here: a worker of Dask may be a daemon, which may not start their processes.
 
     Attributes:
-        ended: the result of the work, its error, or `WorkerDied`.
+        ended: future with the result of the work; it raises the worker's error, or `WorkerDied`.
     """
 
     def __init__(self, work: Callable[[LaneSpec], str | None], spec: LaneSpec) -> None:
-        """Start the work; the new process can import the same modules as this process."""
+        """Start a process that calls `work(spec)`; it can import the same modules as this process."""
         command = [sys.executable, "-P", "-m", "foundry.running.lane_process"]
         importable = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
         with _interrupts_held_back():
@@ -50,7 +50,7 @@ class LaneProcess:
 
 @contextlib.contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Start processes that Ctrl-C never reaches, not even at their start; this process handles Ctrl-C."""
+    """Block Ctrl-C within this context, so that a process that starts in it never gets Ctrl-C."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -74,7 +74,7 @@ def _await(process: subprocess.Popen[bytes], task: bytes, ended: Future[str | No
 
 
 def main() -> None:
-    """Do the work given on standard input, and write the result to standard output; nothing else may write there."""
+    """Do the work that comes on standard input, and write its result, and nothing else, to standard output."""
     answer = os.dup(1)
     os.dup2(2, 1)
     work, spec = pickle.load(sys.stdin.buffer)

@@ -1,4 +1,4 @@
-"""Runs each worker in a separate process, so that its death affects no other; a worker that dies is replaced."""
+"""Runs each worker in a process of its own, and replaces workers whose process dies."""
 
 import itertools
 import logging
@@ -15,18 +15,18 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import storing
 
 MAX_DEATHS = 2
-"""Number of deaths of a worker with only this run open before the run fails."""
+"""A run fails once so many workers died while they had only this run open."""
 MAX_IDLE_DEATHS = 5
-"""Number of deaths of a worker without open runs before the sweep stops."""
+"""The sweep stops once more workers than this died while they had no run open."""
 POLL_S = 0.25
 
 
 class Abandoned(FoundryError):
-    """Nobody waits for the result of the work any more."""
+    """The command that waits for the result has gone."""
 
 
 class Lanes:
-    """Worker processes that share a sweep's runs."""
+    """Worker processes that share the runs of a sweep."""
 
     def __init__(self, spec: LaneSpec, workers: int, abandoned: Callable[[], bool] = lambda: False) -> None:
         self._spec = replace(spec, parent=os.getpid(), workers=max(spec.workers, workers))
@@ -40,14 +40,14 @@ class Lanes:
         self._said: set[str] = set()
 
     def run(self) -> str | None:
-        """Work until all runs have ended or the sweep stops; return the cause that must end the sweep, or None."""
+        """Wait until all runs have ended or the sweep stops; return the cause that must end the sweep, or None."""
         fatal: str | None = None
         try:
             for _ in range(self._workers):
                 self._start(())
             while self._processes:
                 if self._abandoned():
-                    raise Abandoned("Nobody waits for these runs any more.")
+                    raise Abandoned("The command that waits for these runs has gone.")
                 done, _ = wait(self._processes, timeout=POLL_S, return_when=FIRST_COMPLETED)
                 for future in done:
                     fatal = self._collect(future) or fatal
@@ -62,7 +62,7 @@ class Lanes:
         return fatal
 
     def _say(self) -> None:
-        """Show each message of workers once, in the process that draws the bars."""
+        """Show each message of the workers once; this process draws the progress bars."""
         for report in self._spec.folder.progress().values():
             for line in report.get("notes", ()):
                 if line not in self._said:
@@ -75,7 +75,7 @@ class Lanes:
         self._processes[process.ended], self._specs[process.ended] = process, spec
 
     def _collect(self, future: Future[str | None]) -> str | None:
-        """Take the result of a worker that ended; replace the worker if it died."""
+        """Return the result of a worker that ended; if it died, start another worker and return None."""
         spec = self._specs.pop(future)
         del self._processes[future]
         try:
@@ -86,7 +86,7 @@ class Lanes:
             return None
 
     def _suspects(self, spec: LaneSpec) -> tuple[str, ...]:
-        """Return the runs that were open when a worker died, except runs that alone have killed too many workers."""
+        """Return the ids of the runs that a dead worker had open; a run that alone killed too many workers fails."""
         opened: list[str] = self._spec.folder.progress().get(spec.name, {}).get("open", [])
         if not opened:
             self._idle_deaths += 1

@@ -1,4 +1,4 @@
-"""Makes calls to a server one by one and all at once: how many it processes together, and whether seeds work."""
+"""Measures a server by calls, one by one and all at once: how many it processes together, and whether seeds work."""
 
 import statistics
 import time
@@ -9,14 +9,14 @@ from foundry.models.base import Model, Reply, Request, seen_through
 from foundry.worlds.base import Answer, unanswered
 
 BURST = 16
-"""Number of calls that are sent at once."""
+"""Number of calls that are sent at the same time."""
 ALONE = 4
-"""Number of these calls that are first sent one after another."""
+"""Number of these calls that are sent one after another before."""
 
 
 @dataclass(frozen=True)
 class Timed:
-    """A reply, and the time in which the server worked on it, seconds by the client's clock."""
+    """A reply, and when the server began and ended to work on it, seconds by this machine's clock."""
 
     reply: Reply
     began: float
@@ -24,17 +24,17 @@ class Timed:
 
 
 async def one_by_one(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Return the replies to requests, sent one after another."""
+    """Send requests one after another, and return the replies."""
     return [await _timed(model, request) for request in requests]
 
 
 async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Return the replies to requests made together; all calls end before the first error is raised."""
+    """Send requests at the same time, and return the replies; if one fails, the others still end first."""
     return await seen_through(_timed(model, request) for request in requests)
 
 
 async def _timed(model: Model, request: Request) -> Timed:
-    """Ask, and record when the server worked on the request, by the server's own account if it gives one."""
+    """Send a request; the server's report of its working time counts, if there is one."""
     sent = time.perf_counter()
     reply = await model.ask(request)
     ended = time.perf_counter()
@@ -48,14 +48,15 @@ class LoadResult:
 
     Attributes:
         slots: number of calls that the server processed at once; None if this machine was too slow to measure it.
-        alone_equal: whether one call gave the same answer twice, without other calls.
-        equal_under_load: share of the calls made alone that gave the same answer in the burst.
-        alone_s: median seconds of a call without other calls.
-        per_call_s: seconds per call in the burst, while all slots of the server are busy.
-        prompt_tokens: mean prompt tokens per call; None if the server does not report them.
-        output_tokens: mean tokens per reply; None if the server does not report them.
-        repeated: number of calls that were repeated before they were answered.
-        undecided: number of calls without any text in the reply, or given up by the model.
+        alone_equal: whether a call that was sent twice, alone, got the same answer twice.
+        equal_under_load: share of the calls that got the same answer alone and together with all others.
+        alone_s: median time of a call that is sent alone, seconds.
+        per_call_s: time per call while all slots of the server are busy, seconds.
+        prompt_tokens: mean number of tokens of a prompt; None if the server does not report it.
+        output_tokens: mean number of tokens of a reply; None if the server does not report it.
+        calls: number of all calls.
+        repeated: number of calls that failed first and were then repeated.
+        undecided: number of calls with an empty reply, or that the model gave up.
     """
 
     slots: int | None
@@ -71,7 +72,7 @@ class LoadResult:
 
 
 async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
-    """Send a few calls one by one, the first call twice; then send all calls at once, including these few."""
+    """Send the first calls one by one, the very first of them twice; then send all calls at the same time."""
     again, *alone = await one_by_one(model, [requests[0], *requests[:ALONE]])
     started, worked = time.perf_counter(), time.process_time()
     burst = await at_once(model, requests)
@@ -95,12 +96,12 @@ async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
 
 
 def busy_s(ends: Sequence[float], slots: int) -> float:
-    """Return how long each of the slots was busy, on average: it ends with one of the last calls.
+    """Return the mean time in which a slot of the server was busy, seconds: the mean end of as many last calls.
 
-    The last end alone would count the time in which uneven replies leave some slots without a call.
+    The end of the last call would be too late, since the other slots have no call by then.
 
     Args:
-        ends: seconds from the start of a burst to the end of each call.
+        ends: time from the start of all calls to the end of each call, seconds.
         slots: number of calls that the server processes at once.
     """
     return statistics.fmean(sorted(ends)[-slots:])
@@ -112,13 +113,13 @@ def _mean(counts: Sequence[int | None]) -> float | None:
 
 
 def _is_late(burst: Sequence[Timed]) -> bool:
-    """Return whether replies spent more time on the network than at their server, including its queue."""
+    """Return whether the median reply spent more time on the network than at its server, queue included."""
     timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
     return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls overlapped; without the server's times, how much faster the burst was than single calls."""
+    """Return how many calls overlapped; without the server's times, how many times faster the calls were together."""
     if not any("output" in one.reply.timings for one in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.

@@ -1,4 +1,4 @@
-"""Schedules the runs of a sweep, model after model, on worker processes of this machine; and stops them in order."""
+"""Plays the runs of a sweep, one model after another, on worker processes of this machine; Ctrl-C stops them."""
 
 import asyncio
 import contextlib
@@ -27,7 +27,7 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 
 class SweepStopped(FoundryError):
-    """The sweep was ended early by an error that would end every further run too."""
+    """An error stopped the sweep, because it would end every further run too."""
 
 
 class SweepInterrupted(Exception):
@@ -35,19 +35,23 @@ class SweepInterrupted(Exception):
 
 
 def new_session() -> str:
-    """Return a prefix for names of workers that no other command uses."""
+    """Return a name for the session of a command that no other command uses."""
     return secrets.token_hex(4)
 
 
 @dataclass(frozen=True)
 class SweepJob:
-    """The runs to play.
+    """The runs to play, and how.
 
     Attributes:
-        session: prefix of the names of this command's workers, different from other commands on the same folder.
-        after_model: function that is called for each served model when its runs have ended, before it is unloaded. Its
-            arguments are the model's configuration, the allowed number of calls in flight (0 if no call was made), and
-            a function that says whether to stop.
+        folder: the sweep.
+        infos: facts about each model from its server, by `expansion.settings_key`.
+        cache: file or database with the cache of answers.
+        frame_every: n, to store a picture of every n-th step; 0 stores none.
+        session: prefix of the names of this command's workers; each command has another one.
+        after_model: function that is called when all runs of a served model have ended, before the model is unloaded.
+            Its arguments are the model's configuration, the allowed number of calls in flight (0 if no call was made),
+            and a function that returns whether to stop.
     """
 
     folder: SweepFolder
@@ -58,34 +62,34 @@ class SweepJob:
     after_model: Callable[[Mapping[str, Any], int, Callable[[], bool]], None] | None = None
 
     def stop(self) -> None:
-        """Ask the workers of this command, but not of other commands on the same folder, to stop in order."""
+        """Tell the workers of this command to stop; workers of other commands on the same folder go on."""
         self.folder.ask_to_stop(self.session)
 
     def stop_asked(self) -> bool:
-        """Return whether the workers must stop."""
+        """Return whether the workers of this command must stop."""
         return self.folder.stop_asked(self.session)
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
-"""Plays the runs of a numbered phase; returns when all have ended or the sweep stops."""
+"""A function that plays the runs of a phase, given its number, until all have ended or the sweep stops."""
 
 
 class Runner(ABC):
-    """Runs a sweep, phase after phase; subclasses say where the workers are."""
+    """Plays the runs of a sweep in phases; subclasses define where the workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
         """Take the settings of `conf/runner/local.yaml`."""
         self._open_runs = _count("runner.open_runs", open_runs)
         if not isinstance(ahead, bool):
-            raise InputError(f"runner.ahead={ahead} is neither true nor false.")
+            raise InputError(f"runner.ahead={ahead} is neither true nor false. Give true or false.")
         self._ahead = ahead
 
     def run(self, job: SweepJob) -> None:
-        """Run all runs that have not ended; return when all have ended.
+        """Play all runs that are not complete, and return when they have ended.
 
         Raises:
             InputError: the workers cannot be reached, or cannot run this sweep.
-            SweepStopped: an error would end every further run too.
+            SweepStopped: an error stopped the sweep, because it would end every further run too.
             SweepInterrupted: the user stopped the sweep.
         """
         with self.at_work(job) as play:
@@ -100,7 +104,7 @@ class Runner(ABC):
 
     @abstractmethod
     def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
-        """Connect to the workers and check that they can run the sweep, before the sweep is changed."""
+        """Connect to the workers and check that they can run the sweep; this must not change the sweep."""
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
         """Return the input of the workers of a phase."""
@@ -119,7 +123,7 @@ class Runner(ABC):
 
 
 class LocalRunner(Runner):
-    """Runs a sweep on worker processes of this machine."""
+    """Plays the runs of a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
         """Take the settings of `conf/runner/local.yaml`."""
@@ -128,7 +132,7 @@ class LocalRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Start nothing, since every phase starts its own processes."""
+        """Check nothing: each phase starts its own processes."""
         yield functools.partial(self._play, job)
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
@@ -140,18 +144,21 @@ class LocalRunner(Runner):
 
 
 def worker_count(workers: object) -> int | None:
-    """Return the setting `runner.workers`: a number from 1, or None for the runner's choice."""
+    """Check and return the setting `runner.workers`: a whole number from 1, or None to let the runner choose."""
     return None if workers is None else _count("runner.workers", workers)
 
 
 def _count(key: str, value: object) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-        raise InputError(f"{key}={value} is not a valid number: give a whole number from 1.")
+        raise InputError(f"{key} must be a whole number from 1; got {value}.")
     return value
 
 
 def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
-    """Return the number of workers of a phase: `available` or the cores, at most the runs and `server.workers`."""
+    """Return the number of workers of a phase, given its runs and the setting `runner.workers`.
+
+    Without the setting, it is the number of cores. It is at most the number of runs and each server's `workers`.
+    """
     servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
     limits: list[int | None] = [server.get("workers") for server in servers]
     useful = min([len(runs), *filter(None, limits)])
@@ -163,7 +170,7 @@ def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
 
 
 def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
-    """Raise the error that ended the sweep early, if there is one."""
+    """Raise an error if an error (`fatal`) or the user stopped the sweep."""
     if fatal is not None:
         raise SweepStopped(fatal + _undone(job.folder))
     if job.stop_asked():
@@ -171,7 +178,7 @@ def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
 
 
 def _undone(folder: SweepFolder) -> str:
-    """Return how much was undone because a model changed; empty if no model did."""
+    """Return how many answers and runs became invalid because a model changed; "" if there are none."""
     removed = sum(report.get("removed", 0) for report in folder.progress().values())
     summaries = (run.summary() for run in folder.runs())
     failed = sum(one is not None and one.error_type == ModelChangedError.__name__ for one in summaries)
@@ -203,10 +210,10 @@ def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
 
 
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
-    """Yield the unfinished runs by phase: one phase per served model, then all other runs.
+    """Yield the unfinished runs in phases: one for each served model, and one for all other models.
 
-    So a server loads each model only once. In each phase the longest runs come first: at the end too few runs are left
-    to keep all workers busy, and short runs end soon.
+    So a server loads each model only once. The longest runs of a phase come first, because the last runs cannot keep
+    all workers busy, and should be short.
     """
     pending = [run for run in job.folder.runs() if not run.ended]
     most = most_calls(pending)
@@ -215,7 +222,7 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
 
 
 def _free_server(folder: SweepFolder, run: RunFolder) -> None:
-    """Unload the model of a phase that is over, if the phase called the model, to make room for the next model."""
+    """Unload the model of a phase that has ended, to make room for the next one; do nothing if it was not called."""
     config = run.config()["model"]
     tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
     if not _is_served(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
@@ -239,7 +246,7 @@ def _is_served(run: RunFolder) -> bool:
 
 @contextlib.contextmanager
 def _stop_on_interrupt(job: SweepJob) -> Iterator[None]:
-    """Let the first Ctrl-C ask the workers to stop in order, and the second stop at once."""
+    """Within this context, the first Ctrl-C lets workers finish their current step; the second stops at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

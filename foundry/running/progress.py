@@ -1,4 +1,4 @@
-"""Progress and recent speed of a sweep, from the reports of its workers."""
+"""The progress of a sweep, its recent speed and the time left, from the reports of its workers."""
 
 from collections import deque
 from collections.abc import Collection, Iterable, Mapping
@@ -11,17 +11,17 @@ from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
 
 LEAST_WINDOW = 20
-"""Minimum number of calls for a speed, because replies differ in length and calls come in bursts."""
+"""A speed covers at least so many calls, because replies differ in length and calls come in bursts."""
 REMEMBERED = 0.5
-"""Share of the calls so far that a speed covers, if this share is larger."""
+"""A speed covers this share of the calls so far, if that is more than LEAST_WINDOW."""
 FINENESS = 100
-"""Approximate number of remembered points in time."""
+"""Approximate number of points in time that are remembered."""
 LEAST_S = 3.0
-"""Seconds before a first speed is shown."""
+"""A speed covers at least so many seconds."""
 
 
 def most_calls(runs: Iterable[RunFolder]) -> dict[int, int]:
-    """Return the maximum number of calls of a run, for each condition; each world is built once."""
+    """Return the maximum number of calls of a run, for each condition of these runs."""
     worlds = {run.run.condition: run.config()["world"] for run in runs}
     keys = {condition: settings_key(world) for condition, world in worlds.items()}
     calls = {key: build(worlds[condition]).count_calls() for condition, key in keys.items()}
@@ -30,13 +30,13 @@ def most_calls(runs: Iterable[RunFolder]) -> dict[int, int]:
 
 @dataclass(frozen=True)
 class OpenRun:
-    """A run at work.
+    """A run that a worker is playing.
 
     Attributes:
-        most: maximum number of calls.
-        calls: calls so far.
+        most: maximum number of calls of the run.
+        calls: number of calls so far.
         cached: number of these calls that the cache answered.
-        fresh: whether it began in this session; otherwise its earlier answers are in the cache.
+        fresh: whether it first began in this session; if not, the cache has its earlier answers.
     """
 
     most: int
@@ -47,14 +47,14 @@ class OpenRun:
 
 @dataclass
 class Totals(Tally):
-    """Progress of a sweep with one model.
+    """The progress of a sweep with one model.
 
     Attributes:
         runs: number of runs.
         most: maximum number of calls of all runs.
-        settled: maximum number of calls of runs that were complete before this session.
-        begun: whether a worker has begun with the model.
-        open: the open runs; their calls are also in the totals.
+        settled: maximum number of calls of the runs that were complete before this session.
+        begun: whether a worker has begun a run of the model in this session.
+        open: the runs that workers are playing; the counts include their calls.
     """
 
     runs: int = 0
@@ -70,7 +70,7 @@ class Totals(Tally):
 
     @property
     def done(self) -> int:
-        """Number of the calls in `most` that were made, or that cannot be made because their run has ended."""
+        """Number of the calls in `most` that were made, or will not be made because their run has ended."""
         return self.most if self.ended == self.runs else min(self.most, self.settled + self.calls + self.spared)
 
     @property
@@ -80,10 +80,10 @@ class Totals(Tally):
 
     @property
     def share(self) -> float:
-        """Expected share of sent calls in a run that has not begun, according to the runs of this session.
+        """Expected number of calls that a run sends to its server, as a share of its maximum number of calls.
 
-        The cache knows the beginning of a run or nothing of it. Cached answers come at once, so an open run is past
-        them.
+        It is estimated from the runs of this session. The cache can only answer the calls at the beginning of a run.
+        These answers come at once, so an open run has already got them.
         """
         if not self.sent:
             return self._length
@@ -95,12 +95,12 @@ class Totals(Tally):
 
     @property
     def to_send(self) -> float:
-        """Expected number of calls still to send; all remaining calls if the cache has answered every call so far."""
+        """Expected number of calls that will still be sent; before the first sent call, that is all remaining calls."""
         unopened = self.most - self.settled - self._ended_most - sum(run.most for run in self.open)
         return sum(self._whole(run) - run.calls for run in self.open) + self.share * max(0, unopened)
 
     def _whole(self, run: OpenRun) -> float:
-        """Return the expected number of calls of an open run, which grows with the calls so far."""
+        """Return the expected number of calls of an open run, at its end."""
         return max(self._length * run.most, (run.calls + run.most) / 2) if self._length < 1 else run.most
 
     @property
@@ -114,7 +114,7 @@ class Totals(Tally):
         return 1 - self.spared / self._ended_most if self._ended_most else 1.0
 
     def merge(self, report: Mapping[str, int]) -> None:
-        """Add a worker's report."""
+        """Add the counts in the report of a worker."""
         self.begun = True
         for name, value in report.items():
             setattr(self, name, getattr(self, name) + value)
@@ -125,8 +125,9 @@ class SweepProgress:
     """Reads the progress of a sweep from the reports of its workers.
 
     Attributes:
-        before: totals of the runs that had ended before this session, by model.
-        free: models whose calls cost nothing.
+        folder: the sweep.
+        before: totals at the beginning of this session, by model.
+        free: names of the models without a server, whose calls cost nothing.
     """
 
     folder: SweepFolder
@@ -150,7 +151,7 @@ class SweepProgress:
                 totals.settled += most
 
     def by_model(self) -> dict[str, Totals]:
-        """Return the current totals by model."""
+        """Return the totals at this moment, by model."""
         now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
         for report in self.folder.progress().values():
             for name, tally in report["models"].items():
@@ -164,7 +165,7 @@ class SweepProgress:
         return now
 
     def at_end(self) -> dict[str, Totals]:
-        """Return the totals of a session that is over, from the summaries of its runs."""
+        """Return the totals at the end of the session, by model, from `run.json` of each run."""
         ended = {name: Totals(runs=totals.runs, most=totals.most) for name, totals in self.before.items()}
         for run in self.folder.runs():
             summary = run.summary()
@@ -174,7 +175,7 @@ class SweepProgress:
 
 
 class Pace:
-    """Growth rate of a count over its later half; the time before its first growth, such as a load, is left out."""
+    """The growth rate of a count over its later half; the time before it first grows is left out, such as a load."""
 
     def __init__(self) -> None:
         self._moments: deque[tuple[float, int]] = deque()
@@ -182,7 +183,7 @@ class Pace:
         self._count = self._burst = 0
 
     def note(self, count: int, now: float) -> None:
-        """Add a count at a time, seconds."""
+        """Add the count at a point in time, seconds."""
         self._now = now
         if count <= self._count:
             return
@@ -200,16 +201,15 @@ class Pace:
 
     @property
     def per_s(self) -> float | None:
-        """Growth per second until now; None if it is too early."""
+        """Growth per second until now; None if it is too early to tell."""
         since, count = self._moments[0] if self._moments else (self._now, 0)
         return (self._count - count) / (self._now - since) if self._now - since >= LEAST_S else None
 
     def seconds_for(self, count: float) -> float | None:
-        """Return the seconds for a further growth by `count`; None if it is too early.
+        """Return the seconds until the count has grown by `count` more; None if it is too early to tell.
 
-        A small growth takes as long as the latest growth of that size, since at the end too few runs are left to keep a
-        server busy. A count that grows in bursts stands still between them, so the time since the last burst counts as
-        part of the next.
+        A small growth takes as long as the latest growth of that size, since the last runs cannot keep a server busy.
+        A count may grow in bursts. So the time since the last burst counts as a part of the time until the next.
         """
         window = max(LEAST_WINDOW, count)
         begin = next((one for one in reversed(self._moments) if one[1] <= self._count - window), None)
@@ -221,27 +221,27 @@ class Pace:
 
 
 class Speed:
-    """Speed of a model's answers; cached answers count only if there are no others."""
+    """The speed at which a model answers; cached answers only count if there are no others."""
 
     def __init__(self) -> None:
         self._all, self._sent = Pace(), Pace()
 
     def note(self, totals: Totals, now: float) -> None:
-        """Add the totals at a time, seconds."""
+        """Add the totals at a point in time, seconds."""
         self._all.note(totals.calls, now)
         self._sent.note(totals.sent, now)
 
     @property
     def calls_per_s(self) -> float | None:
-        """Calls per second; None if it is too early."""
+        """Calls per second; None if it is too early to tell."""
         return self._pace.per_s
 
     def left_s(self, totals: Totals) -> float | None:
-        """Return the seconds for the rest of the model's runs; None if it is too early."""
+        """Return the seconds until all runs of the model have ended; None if it is too early to tell."""
         return 0.0 if totals.done == totals.most else self._pace.seconds_for(totals.to_send)
 
     def seconds_for(self, calls: int, totals: Totals) -> float | None:
-        """Return the seconds for runs with this maximum number of calls; None if it is too early."""
+        """Return the seconds that runs take that make at most this many calls; None if it is too early to tell."""
         return self._pace.seconds_for(calls * totals.share)
 
     @property
@@ -250,10 +250,9 @@ class Speed:
 
 
 def left_s(speeds: Mapping[str, Speed], totals: Mapping[str, Totals], free: Collection[str]) -> dict[str, float]:
-    """Return the remaining seconds of each model; a model for which it is too early is left out.
+    """Return the seconds until all runs of a model have ended, for each model about which this can be told.
 
-    A model that waits for its turn is assumed to be like the models before it; models whose calls cost nothing take no
-    time.
+    A model that waits for its turn is assumed to be as fast as the models before it. Models in `free` take no time.
     """
     left: dict[str, float | None] = {}
     for name, speed in speeds.items():

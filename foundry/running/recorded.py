@@ -1,4 +1,4 @@
-"""Answers the questions of a run from its log of calls, all or only those before a fork; finds where records differ."""
+"""Answers questions from the log of calls of a run, and finds the first difference from recorded questions."""
 
 import asyncio
 from collections import deque
@@ -23,17 +23,20 @@ from foundry.worlds.base import Asked, Question
 CALLS = "calls.jsonl.zst"
 NOTHING = "nothing"
 _BEFORE, _LONGEST = 24, 72
-"""Number of characters shown before the first difference, and in all."""
+"""Number of characters that are shown before the first difference, and in all."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The first place where a record differs from its replay.
+    """The first place where a recorded file differs from what a replay gives now.
 
     Attributes:
+        file: name of the file.
         number: line of the file, from 1; None if the file has no lines.
-        field: path of the key in the line; "" for the whole line.
-        place: step, agent and kind, if the difference is in a question.
+        field: path of the key in the line, such as "pose.x"; "" for the whole line.
+        recorded: the recorded value.
+        now: the value in the replay.
+        place: step, agent and kind of the question, if the line belongs to a question.
     """
 
     file: str
@@ -55,7 +58,7 @@ class Difference:
 
 
 def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any, Any] | None:
-    """Return the path of the first different value, in the order of keys, and both values; else None."""
+    """Return the path of the first value that differs, in the order of keys, and both values; None if all are equal."""
     if isinstance(recorded, Mapping) and isinstance(now, Mapping):
         for key in [*recorded, *(key for key in now if key not in recorded)]:
             inner = f"{path}.{key}" if path else str(key)
@@ -75,7 +78,7 @@ def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any,
 
 
 def excerpts(one: Any, other: Any) -> tuple[str, str]:
-    """Return two values, shortened; texts are cut around the first different character."""
+    """Return two different values as short texts, which show the first character that differs."""
     if not (isinstance(one, str) and isinstance(other, str)):
         return _short(repr(one)), _short(repr(other))
     common = next((i for i, pair in enumerate(zip(one, other, strict=False)) if pair[0] != pair[1]), None)
@@ -94,7 +97,7 @@ def _short(text: str) -> str:
 
 
 class Departed(RecordError):
-    """The episode is not the recorded one."""
+    """The replayed episode differs from the recorded one."""
 
     def __init__(self, difference: Difference) -> None:
         super().__init__(difference.line())
@@ -102,7 +105,7 @@ class Departed(RecordError):
 
 
 class NotRecorded(RecordError):
-    """The log of calls does not contain the question."""
+    """The replayed episode asks a question that is not in the log of calls."""
 
     def __init__(self, place: Asked) -> None:
         step, agent, kind = place
@@ -112,10 +115,10 @@ class NotRecorded(RecordError):
 
 @dataclass(frozen=True)
 class Wording:
-    """How questions before a step were asked.
+    """The prompt and the seed with which the questions before a step were asked.
 
     Attributes:
-        before: the first step for which it is no longer valid; None for the rest of the run.
+        before: the first step with another wording; None if it is valid until the end of the run.
     """
 
     before: int | None
@@ -124,21 +127,22 @@ class Wording:
 
 
 def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return how the questions that a fork shares with its origin were asked; empty for a run that is not a fork."""
+    """Return the wordings of the questions that a fork shares with the run that it continues; [] if it is no fork."""
     past = config["fork"]["past"] if "fork" in config else []
     return [Wording(part["before"], build(part["prompt"]), part["seed"]) for part in past]
 
 
 def wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return how the questions of a run are asked, by step; a fork has more than one wording."""
+    """Return the wordings of all questions of a run, in order of steps; only a fork has more than one."""
     return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
 
 
 class RecordedAsker:
-    """Answers the questions of a run from its log; a question that is not in the log is a difference.
+    """Answers the questions of a run from its log of calls, and checks that each question equals the recorded one.
 
     Attributes:
-        used: number of its answers that were used.
+        calls: the calls in the log.
+        used: number of answers that were given.
     """
 
     def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
@@ -153,7 +157,7 @@ class RecordedAsker:
 
     @property
     def recorded(self) -> int:
-        """Number of calls."""
+        """Number of calls in the log."""
         return len(self.calls)
 
     def request(self, question: Question) -> Request:
@@ -218,7 +222,7 @@ class RecordedAsker:
 
 
 class ForkedAsker:
-    """Passes the questions before a step to one asker, and all others to a second asker."""
+    """Passes questions before the step `at` to one asker, and all later questions to another."""
 
     def __init__(self, past: Asks, future: Asks, at: int) -> None:
         self._past = past
@@ -234,11 +238,11 @@ class ForkedAsker:
         return await self._for(requests[0].step).ask_all(requests) if requests else []
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer requests, which may belong to several steps."""
+        """Begin to answer requests, which may belong to different steps."""
         return [reply for request in requests for reply in self._for(request.step).begin([request])]
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the log line of an answered request."""
+        """Return the line in the log of calls for an answered request."""
         return self._for(request.step).call(request, reply)
 
     def _for(self, step: int) -> Asks:
@@ -246,7 +250,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run; for a fork, an asker that answers its past from the records."""
+    """Return the asker of a run; in a fork, it takes the answers before the fork from the records."""
     if "fork" not in config:
         return asker
     fork = config["fork"]
@@ -255,7 +259,7 @@ def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks
 
 
 def origin_of(config: Mapping[str, Any]) -> Origin | None:
-    """Return the origin of a fork; None for any other run."""
+    """Return the run and the step that a fork continues; None for any other run."""
     if "fork" not in config:
         return None
     return msgspec.convert({key: value for key, value in config["fork"].items() if key != "past"}, Origin)

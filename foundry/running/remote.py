@@ -1,4 +1,4 @@
-"""Keeps a sweep's runs at an fsspec URL: workers play chunks and send ended runs there; the command fetches them."""
+"""Exchanges runs through a URL of fsspec: workers send the runs that they played, and the command fetches them."""
 
 import contextlib
 import hashlib
@@ -23,16 +23,18 @@ from foundry.texts import one_line, without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
 CHUNKS_PER_WORKER = 4
-"""Number of chunks per worker; several chunks let fast workers take work from slow ones."""
+"""Number of chunks for each worker; a fast worker can take more of them than a slow one."""
 MAX_CHUNK = 256
 
 
 @dataclass(frozen=True)
 class Fetched:
-    """The runs that were fetched.
+    """The runs that were fetched from a URL.
 
     Attributes:
-        damaged: ids of runs with files that do not match their `run.json`; they count as not ended.
+        folder: the sweep into which they were fetched.
+        runs: ids of the fetched runs.
+        damaged: ids of the runs whose files differ from the digests in `run.json`; they count as not ended.
     """
 
     folder: SweepFolder
@@ -41,7 +43,7 @@ class Fetched:
 
 
 class RemoteSweep:
-    """A sweep's folder at a URL; no file there is ever appended to, since object stores do not support it."""
+    """The folder of a sweep at a URL; files there are only written whole, since object stores cannot append."""
 
     def __init__(self, url: str, filesystem: Any, root: str) -> None:
         self.url = url
@@ -51,11 +53,17 @@ class RemoteSweep:
 
     @classmethod
     def open(cls, url: str) -> "RemoteSweep":
-        """Open a URL without reading its content."""
+        """Open a URL, without reading there.
+
+        Raises:
+            InputError: the package for this URL is not installed, or its driver refuses the URL.
+        """
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
-            raise InputError(f"'{without_secrets(url)}' needs a package that is not installed: {_INSTALL}") from error
+            raise InputError(
+                f"'{without_secrets(url)}' needs a package that is not installed. Install it: {_INSTALL}"
+            ) from error
         try:
             filesystem, root = url_to_fs(url)
         except Exception as error:  # the boundary: every driver has its own errors
@@ -64,13 +72,13 @@ class RemoteSweep:
         return cls(url, filesystem, root)
 
     def ended(self) -> set[str]:
-        """Return the ids of the runs that have ended."""
-        with self._told():
+        """Return the ids of the ended runs at the URL."""
+        with self._naming_url():
             return {name.rsplit("/", 2)[-2] for name in self._filesystem.glob(f"{self._root}/{ENDED_RUNS}")}
 
     def complete(self, folder: SweepFolder, run: RunFolder) -> bool:
-        """Return whether a run is at the URL and complete."""
-        with self._told():
+        """Return whether the URL has a complete record of a run."""
+        with self._naming_url():
             try:
                 content = self._filesystem.cat_file(self._place(folder, run.path / "run.json"))
             except FileNotFoundError:
@@ -79,11 +87,15 @@ class RemoteSweep:
         return summary is not None and summary.status == "complete"
 
     def put(self, folder: SweepFolder, run: RunFolder) -> None:
-        """Send the files of a run that has ended, `run.json` last."""
+        """Send the files of an ended run to the URL, `run.json` last."""
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
-        """Send the sweep's definition from its folder, unless the URL already has it."""
+        """Send `sweep.yaml` to the URL, unless it is already there.
+
+        Raises:
+            InputError: the URL has another sweep, or cannot be used.
+        """
         try:
             here, there = SweepFolder.open(folder.path).sweep, self._sweep_there()
             if there is None or _grows_into(there, here):
@@ -94,13 +106,17 @@ class RemoteSweep:
             raise InputError(str(error)) from error
 
     def fetch_sweep(self, path: Path) -> SweepFolder:
-        """Fetch the definition into a folder, which may already contain the sweep; return the folder."""
+        """Fetch `sweep.yaml` into a folder, which may already contain the sweep, and return the folder.
+
+        Raises:
+            InputError: the URL has no sweep, or another one than the folder.
+        """
         there = self._sweep_there()
         if there is None:
-            raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
+            raise InputError(f"There is no sweep at '{self._shown}'. Give the URL that was its runner.remote.")
         here = SweepFolder.open(path).sweep if is_sweep(path) else None
         if here is None or _grows_into(here, there):
-            with self._told():
+            with self._naming_url():
                 content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
                 path.mkdir(parents=True, exist_ok=True)
                 write_atomically(path / SWEEP_FILE, content)
@@ -109,7 +125,7 @@ class RemoteSweep:
         return SweepFolder.open(path)
 
     def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
-        """Fetch the runs that have ended at the URL but not here."""
+        """Fetch those of the given runs that have ended at the URL but not in the folder."""
         there = self.ended()
         wanted = [run for run in runs if run.id in there and not run.ended]
         whole = {run.id: self._get(folder, run) for run in wanted}
@@ -117,10 +133,10 @@ class RemoteSweep:
         return Fetched(folder, tuple(run for run, came in whole.items() if came), damaged)
 
     def _get(self, folder: SweepFolder, run: RunFolder) -> bool:
-        """Fetch a run, `run.json` last; return whether its records match `run.json`."""
+        """Fetch a run, `run.json` last; return False if its files differ from the digests in `run.json`."""
         shutil.rmtree(run.path, ignore_errors=True)
         place = self._place(folder, run.path)
-        with self._told():
+        with self._naming_url():
             for name in self._filesystem.find(place):
                 file = (run.path / name[len(place) + 1 :]).resolve()
                 if file.name != "run.json" and file.is_relative_to(run.path.resolve()):
@@ -135,8 +151,7 @@ class RemoteSweep:
         return True
 
     def _sweep_there(self) -> Sweep | None:
-        """Return the sweep at the URL, or None."""
-        with self._told(), tempfile.TemporaryDirectory() as scratch:
+        with self._naming_url(), tempfile.TemporaryDirectory() as scratch:
             try:
                 content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
             except FileNotFoundError:
@@ -145,10 +160,10 @@ class RemoteSweep:
             return SweepFolder.open(scratch).sweep
 
     def _other(self, path: Path) -> InputError:
-        return InputError(f"'{self._shown}' holds another sweep than '{path}': name another URL or another folder.")
+        return InputError(f"'{self._shown}' holds another sweep than '{path}'. Name another URL or another folder.")
 
     def _send(self, folder: SweepFolder, files: Iterable[Path]) -> None:
-        with self._told():
+        with self._naming_url():
             for file in files:
                 place = self._place(folder, file)
                 self._filesystem.makedirs(place.rpartition("/")[0], exist_ok=True)
@@ -158,8 +173,8 @@ class RemoteSweep:
         return f"{self._root}/{path.relative_to(folder.path).as_posix()}"
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
-        """Add the URL to every error of its driver."""
+    def _naming_url(self) -> Iterator[None]:
+        """Turn errors of the URL's driver within this context into errors that name the URL."""
         try:
             yield
         except FoundryError:
@@ -170,14 +185,13 @@ class RemoteSweep:
 
 
 def fetch(url: str, path: Path) -> Fetched:
-    """Fetch every run that has ended at a URL but not in a folder, which may already contain a part of the sweep."""
+    """Fetch the runs that have ended at a URL but not in a folder; return the sweep and which runs were fetched."""
     remote = RemoteSweep.open(url)
     folder = remote.fetch_sweep(path)
     return remote.fetch(folder, folder.runs())
 
 
 def _grows_into(one: Sweep, other: Sweep) -> bool:
-    """Return whether a second sweep has all runs of the first, and more."""
     return {run.id for run in one.runs} < {run.id for run in other.runs}
 
 
@@ -189,10 +203,7 @@ def _summary(content: bytes) -> RunSummary | None:
 
 
 def _digest(path: Path) -> str | None:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except FileNotFoundError:
-        return None
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None
 
 
 @dataclass(frozen=True)
@@ -200,7 +211,8 @@ class Chunk:
     """Runs that a worker plays on its own disk.
 
     Attributes:
-        spec: input of the worker; the sweep in its folder contains only the chunk's runs.
+        spec: input of the worker; its sweep only contains the runs of the chunk.
+        url: where the worker sends the runs.
     """
 
     spec: LaneSpec
@@ -209,9 +221,11 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Played:
-    """A chunk that has ended.
+    """A chunk that a worker has played.
 
     Attributes:
+        name: name of the worker.
+        runs: ids of the chunk's runs.
         fatal: the cause that must end the sweep, or None.
     """
 
@@ -221,7 +235,7 @@ class Played:
 
 
 class RemoteRuns:
-    """The part of the command: it hands out chunks and fetches ended runs."""
+    """What the command does: it divides the runs into chunks, and fetches the runs that workers have played."""
 
     def __init__(self, folder: SweepFolder, remote: RemoteSweep) -> None:
         self._folder = folder
@@ -229,17 +243,21 @@ class RemoteRuns:
         self._runs = {run.id: run for run in folder.runs()}
 
     def begin(self) -> None:
-        """Send the sweep's definition, and fetch the runs that ended in an earlier session."""
+        """Send `sweep.yaml` to the URL, and fetch the runs that ended there in earlier sessions.
+
+        Raises:
+            InputError: the sweep needs files of its folder, which a URL cannot provide.
+        """
         if self._folder.scenes() or any("fork" in one.config for one in self._folder.sweep.conditions):
             raise InputError(
-                "Forks and the scenes of a bundle are read from the sweep's folder: leave out runner.remote, "
-                "and put output.dir where all workers see it."
+                "Forks and the scenes of a bundle are read from the sweep's folder, so runner.remote cannot be used. "
+                "Leave it out, and put output.dir where all workers see it."
             )
         self._remote.put_sweep(self._folder)
         self._remote.fetch(self._folder, self._runs.values())
 
     def chunks(self, spec: LaneSpec, workers: int) -> Iterator[Chunk]:
-        """Yield chunks of the runs of a phase that have not ended, until the sweep stops."""
+        """Yield chunks of the unfinished runs of a phase, until the sweep stops."""
         waiting = [run for run in spec.runs if not self._runs[run].ended]
         size = max(1, min(MAX_CHUNK, -(-len(waiting) // (workers * CHUNKS_PER_WORKER))))
         for start in range(0, len(waiting), size):
@@ -252,7 +270,7 @@ class RemoteRuns:
             yield Chunk(given, self._remote.url)
 
     def take(self, played: Played) -> None:
-        """Fetch a chunk's runs, and add them to the progress of the sweep."""
+        """Fetch the runs of a chunk, and add them to the progress of the sweep."""
         runs = [self._runs[run] for run in played.runs]
         self._remote.fetch(self._folder, runs)
         tallies, most = dict[str, Tally](), most_calls(runs)
@@ -265,7 +283,7 @@ class RemoteRuns:
 
 
 def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
-    """Play a chunk on this machine's disk, and send every run when it ends; skip runs that are complete at the URL."""
+    """Play the runs of a chunk that are not complete at the URL in a temporary folder, and send each when it ends."""
     remote = RemoteSweep.open(chunk.url)
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:
@@ -293,7 +311,7 @@ def _play_and_send(
 
 
 def part_of(sweep: Sweep, runs: Sequence[Run]) -> Sweep:
-    """Return the sweep with only some of its runs, and with their conditions."""
+    """Return a sweep with only these of its runs, and only their conditions."""
     used = sorted({run.condition for run in runs})
     conditions = tuple(sweep.conditions[index] for index in used)
     placed = tuple(replace(run, condition=used.index(run.condition)) for run in runs)

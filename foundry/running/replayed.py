@@ -1,4 +1,4 @@
-"""A model that gives the answers of a recorded sweep, and no others."""
+"""A model that only gives answers that another sweep recorded."""
 
 import hashlib
 from collections import OrderedDict
@@ -14,11 +14,11 @@ from foundry.records import Call
 from foundry.storing.store import RunFolder, SweepFolder
 
 _KEPT_SEEDS = 8
-"""Maximum number of seeds with answers in memory."""
+"""Answers are kept in memory for at most so many seeds."""
 
 
 def reply_of(call: Call) -> Reply:
-    """Return the reply of a logged call, marked as a cached reply."""
+    """Return the reply in a logged call, marked as an answer from the cache."""
     return Reply(
         text=call.text,
         thinking=call.thinking,
@@ -39,7 +39,7 @@ def reply_of(call: Call) -> Reply:
 
 
 def question_key(kind: str, seed: int, messages: Iterable[Mapping[str, Any]]) -> bytes:
-    """Return the hash of a question: of its kind, its sampling seed, and its messages, with images as SHA-256."""
+    """Return a hash of the kind, the sampling seed and the messages of a question; images count by their SHA-256."""
     lines = [(line["role"], line["content"], line.get("images_sha256", [])) for line in messages]
     return hashlib.blake2b(msgspec.json.encode((kind, seed, lines)), digest_size=20).digest()
 
@@ -47,8 +47,8 @@ def question_key(kind: str, seed: int, messages: Iterable[Mapping[str, Any]]) ->
 class ReplayModel(Model):
     """Answers each question as in a recorded sweep; a question that was not asked there ends the run.
 
-    A question is found by its kind, its sampling seed and its messages, images included. So other prompts or worlds get
-    an answer only if they ask the same question.
+    Two questions are the same if their kind, sampling seed and messages are equal, images included. So another prompt
+    or world only gets an answer if it asks the same question.
     """
 
     def __init__(self, name: str, recorded: str, of: str | None = None) -> None:
@@ -60,11 +60,11 @@ class ReplayModel(Model):
         self._tables: OrderedDict[int, AnswerTable] = OrderedDict()
 
     def parameters(self) -> dict[str, Any]:
-        """Return the model whose answers are replayed, and its sweep."""
+        """Return the name of the model whose answers are replayed, and the hash of its sweep."""
         return {"replays": self._of, "sweep": self._sweep.sweep.definition}
 
     def in_run(self, context: RunContext) -> Model:
-        """Return a model with the answers that were recorded for the seed of this run's calls."""
+        """Return a model with the answers of the recorded runs whose calls have the same seed as this run's."""
         runs = [run for run in self._runs if run.calls_seed == context.calls_seed]
         if not runs:
             raise InputError(
@@ -74,11 +74,11 @@ class ReplayModel(Model):
         return Replayed(self, runs, context.calls_seed)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request from the answers of all chosen runs."""
+        """Answer a request from the records of all chosen runs."""
         return AnswerTable(self._sweep.path, self._runs).reply(request)
 
     def table(self, runs: Sequence[RunFolder], calls_seed: int) -> "AnswerTable":
-        """Return the answers of the given runs; the answers of the latest seeds are cached."""
+        """Return the answers of runs whose calls have this seed; the answers of the latest seeds stay in memory."""
         if calls_seed not in self._tables:
             self._tables[calls_seed] = AnswerTable(self._sweep.path, runs)
             if len(self._tables) > _KEPT_SEEDS:
@@ -87,7 +87,7 @@ class ReplayModel(Model):
 
 
 class Replayed(Model):
-    """The recorded answers to the calls of one seed; they are read at the first request."""
+    """Gives the recorded answers to calls of one seed, which are read at the first request."""
 
     def __init__(self, model: ReplayModel, runs: Sequence[RunFolder], calls_seed: int) -> None:
         self.name = model.name
@@ -96,21 +96,21 @@ class Replayed(Model):
         self._calls_seed = calls_seed
 
     def parameters(self) -> dict[str, Any]:
-        """Return the model whose answers are replayed, and its sweep."""
+        """Return the name of the model whose answers are replayed, and the hash of its sweep."""
         return self._model.parameters()
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request."""
+        """Answer a request."""
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests in order, without a task for each."""
+        """Answer requests in order; no request needs a task of its own."""
         table = self._model.table(self._runs, self._calls_seed)
         return [table.reply(request) for request in requests]
 
 
 class AnswerTable:
-    """The answers of several runs of a sweep, by question."""
+    """The recorded answers of some runs of a sweep, by question."""
 
     def __init__(self, path: Path, runs: Sequence[RunFolder]) -> None:
         self._path = path
@@ -129,7 +129,11 @@ class AnswerTable:
             self._disputed[key] = (first, run)
 
     def reply(self, request: Request) -> Reply:
-        """Return the recorded answer."""
+        """Return the recorded answer to a request.
+
+        Raises:
+            RequestError: the runs have no answer to it, or different ones.
+        """
         key = question_key(request.kind, request.seed, map(logged, request.messages))
         what = f"the {request.kind} question of agent {request.agent} at step {request.step}"
         if key in self._disputed:
@@ -149,7 +153,7 @@ class AnswerTable:
 
 
 def _split(recorded: str, of: str | None) -> tuple[Path, str | None]:
-    """Return the folder and the model in `<folder>@<model>`."""
+    """Return the folder and the model of a text such as "outputs/pilot@llama3.2"; the model may be given apart."""
     parts = recorded.split("@")
     for count in range(1, len(parts)):
         folder = Path("@".join(parts[:count]))

@@ -1,7 +1,8 @@
-"""One limit for all workers of a server: one worker finds the limit from all workers' calls, and each takes a part.
+"""Shares one limit on calls in flight among all workers that call a server.
 
-Workers communicate through their progress reports, so sharing works wherever they have a common folder. Of the workers
-that ask a server, the one with the lowest name leads; if it falls silent, the next worker leads.
+One worker, the leader, finds the limit from the calls of all workers, and each worker takes a part of it. The leader is
+the worker with the lowest name; if it stops to report, the next worker leads. Workers communicate through their
+progress reports, so they need a common folder.
 """
 
 import contextlib
@@ -17,22 +18,22 @@ from foundry.models.wrappers.climbing import Sums
 from foundry.models.wrappers.limited import Limit, climb_within
 
 SILENT_S = 5.0
-"""Seconds after which a worker with an unchanged report counts as gone."""
+"""A worker whose report has not changed for so many seconds counts as gone."""
 PATIENCE_S = 2.0
-"""Seconds for which a worker waits for the first reports of the workers that begin with it."""
+"""Time for which a worker waits for the first reports of the workers that begin with it, seconds."""
 SELDOM = 0.5
-"""Share of time in which calls waited for a limit; below it, there is room for more calls."""
+"""A server has room for more calls if calls waited for its limit in a smaller share of the time than this."""
 
 
 class Part(msgspec.Struct, frozen=True):
-    """A worker's report of its calls to one server.
+    """The report of a worker about its calls to a server.
 
     Attributes:
         sums: sums over its calls so far.
-        wanted: number of its calls in flight or waiting.
+        wanted: number of its calls that are in flight or wait.
         allowed: maximum number of its calls in flight.
-        total: for the leader, maximum number of all workers' calls in flight; for others, their own.
-        shares: for the leader, the number of allowed calls of each worker, by name.
+        total: for the leader, maximum number of calls in flight of all workers; for others, the same as `allowed`.
+        shares: for the leader, maximum number of calls in flight of each worker, by its name; else empty.
     """
 
     sums: Sums
@@ -43,14 +44,14 @@ class Part(msgspec.Struct, frozen=True):
 
 
 Parts = dict[str, Part]
-"""Parts by server, or by worker."""
+"""Reports of one worker by server, or reports about one server by worker."""
 
 
 class Group:
-    """The leader's knowledge about one server."""
+    """The leader's facts about a server, and the limit that it has found."""
 
     def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
-        """Begin at the given limit; `found` says that an earlier climb found it."""
+        """Begin at the limit `total`; `found` says that an earlier search for the limit ended there."""
         self._climb = climb_within(bounds, total, found=found)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}
@@ -62,7 +63,7 @@ class Group:
         return self._climb.limit
 
     def take(self, parts: Mapping[str, Part]) -> None:
-        """Add the new calls since the last report; calls before a worker's first report do not count."""
+        """Add the calls since the last reports, and divide the limit; calls before a first report do not count."""
         for worker, part in parts.items():
             if worker in self._last:
                 grown = part.sums - self._last[worker]
@@ -75,7 +76,7 @@ class Group:
 
 
 class Shared:
-    """The limits of one worker; other workers may share them."""
+    """The limits of a worker on its calls in flight, which it may share with other workers."""
 
     def __init__(
         self, name: str, workers: int = 1, *, apart: bool = False, clock: Callable[[], float] = time.monotonic
@@ -84,10 +85,9 @@ class Shared:
 
         Args:
             name: name of the worker.
-            workers: number of workers that begin together; until they know of each other, each has its part of every
-                limit.
-            apart: whether workers never know of each other, so that each finds a limit within its part of the bounds.
-            clock: function that returns the time in seconds.
+            workers: number of workers that begin together; each begins with an equal part of every limit.
+            apart: whether workers cannot read each other's reports; then each finds its own part of the limit.
+            clock: function that returns the time, seconds.
         """
         self._name = name
         self._workers = workers
@@ -107,7 +107,7 @@ class Shared:
 
     @property
     def together(self) -> int:
-        """Maximum number of calls in flight to its servers, including the calls of other workers."""
+        """Maximum number of calls in flight to its servers, of all workers together."""
         return sum(self._together(key, limit) for key, limit in list(self._limits.items()))
 
     def _together(self, key: str, limit: Limit) -> int:
@@ -115,7 +115,7 @@ class Shared:
         return self._totals.get(key, limit.allowed) if group is None else group.total
 
     def maker(self, model: str) -> Callable[[InFlight], Limit]:
-        """Return a function that makes the limits of a model, given by its key, and of its member models."""
+        """Return a function that makes a limit for a model and for each of its members; `model` is the model's key."""
         first = len(self._limits)
 
         def make(bounds: InFlight) -> Limit:
@@ -130,7 +130,7 @@ class Shared:
         return make
 
     def have_room(self) -> bool:
-        """Return whether calls were made since the last question, and a limit was seldom reached."""
+        """Return whether, since this was last asked, a server got calls that seldom waited for its limit."""
         return any([self._room_of(key, limit) for key, limit in self._limits.items()])
 
     def _room_of(self, key: str, limit: Limit) -> bool:
@@ -139,11 +139,11 @@ class Shared:
         return passed.in_flight_s > 0 and passed.waiting_s < SELDOM * passed.clock_s
 
     def report(self) -> Parts:
-        """Return the facts for the other workers."""
+        """Return the facts that the other workers need, by server."""
         return {key: self._part(key) for key in self._limits}
 
     def exchange(self, reports: Mapping[str, Any]) -> None:
-        """Read the reports of the other workers, by worker: values of `report`, decoded from JSON."""
+        """Read what `report` returned to the other workers, decoded from JSON, and set the limits anew."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
             parts = {worker: found[key] for worker, found in others.items() if key in found}
@@ -155,7 +155,7 @@ class Shared:
                 self._follow(key, limit, parts)
 
     def _alive(self, reports: Mapping[str, Any]) -> dict[str, Parts]:
-        """Return the parts of the other workers with reports that still change."""
+        """Return the reports of the other workers, except those that have gone silent."""
         now = self._clock()
         heard = {}
         for worker, parts in _read(reports):
@@ -166,7 +166,7 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
-        """Find the limit alone; start from the shared limit, if there is one."""
+        """Find the limit of a server that no other worker calls; begin at the shared limit, if there was one."""
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:
@@ -200,14 +200,20 @@ class Shared:
 
 
 def _read(reports: Mapping[str, Any]) -> Iterator[tuple[str, Parts]]:
-    """Yield the readable parts of the reports, by worker."""
     for worker, report in reports.items():
         with contextlib.suppress(msgspec.ValidationError):  # from another version of foundry
             yield worker, msgspec.convert(report, Parts)
 
 
 def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
-    """Divide the total: each worker may have the calls that it wants in flight, at most an equal part; at least one."""
+    """Divide a limit among workers: each gets what it wants, but at most an equal part and at least 1.
+
+    What is left is divided equally.
+
+    Args:
+        total: the limit.
+        wanted: number of calls that each worker wants to have in flight, by its name.
+    """
     shares: dict[str, int] = {}
     left = total
     for number, worker in enumerate(sorted(wanted, key=lambda worker: (wanted[worker], worker))):
@@ -218,6 +224,5 @@ def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
 
 
 def _part_of(bounds: InFlight, askers: int) -> InFlight:
-    """Return one worker's part of the bounds, given the number of workers."""
     least, most, initial = (max(1, bound // askers) for bound in (bounds.min, bounds.max, bounds.initial))
     return InFlight(min=least, max=most, initial=initial)
