@@ -19,15 +19,8 @@ from typer.main import get_command
 from typer.models import CommandInfo
 
 from foundry import commands
-from foundry.commands.application import (
-    EXIT_FAILED,
-    EXIT_INPUT,
-    EXIT_INTERRUPTED,
-    EXIT_OK,
-    app,
-    as_loud_as_asked,
-    fail,
-)
+from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app
+from foundry.commands.printing import as_loud_as_asked, fail
 from foundry.commands.sweeps import run_overrides
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 from foundry.own_code import folders_last

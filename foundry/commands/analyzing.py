@@ -6,28 +6,29 @@ import itertools
 import tempfile
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import (
-    EXIT_OK,
-    LOOK,
-    OVERRIDES,
-    TRUST,
+from foundry.commands.application import EXIT_OK, LOOK, OVERRIDES, TRUST, app
+from foundry.commands.options import (
     AsJson,
+    Family,
     Folders,
+    Labeller,
+    Margins,
     Mine,
+    Only,
     Overrides,
     Trusted,
     TrustedServers,
-    app,
+    WhoLabels,
+    Without,
     check_belongs,
     given,
-    only_json,
 )
+from foundry.commands.printing import only_json
 from foundry.commands.probing import composed_probe, folders_first
 from foundry.commands.showing import analyze_and_print, analyze_and_show, probe_in
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines, sweep_reach
@@ -49,33 +50,6 @@ if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.models.base import ModelInfo
     from foundry.probing.composing import Probe
-
-
-class Labeller(StrEnum):
-    """The source of the labels that say which messages are warnings."""
-
-    RULE = "rule"
-    MODEL = "model"
-
-
-WhoLabels = Annotated[Labeller, typer.Option(help="Find warnings by the rule, or by the labels of foundry label.")]
-Family = Annotated[
-    list[str] | None, typer.Option(help="A measure to test; in a probe, a model or an edit. Can be repeated.")
-]
-Margins = Annotated[
-    list[str] | None,
-    typer.Option(help="MEASURE=SIZE: smaller differences do not matter. Choose the size before you see the data."),
-]
-Only = Annotated[
-    list[str] | None,
-    typer.Option(
-        help="KEY=VALUE,...: only these runs, such as model=a,b or seed=0-9; in a probe also edit=no_fire. Can be "
-        "repeated."
-    ),
-]
-Without = Annotated[
-    list[str] | None, typer.Option(help="KEY=VALUE,...: leave out these runs, such as prompt=japanese.")
-]
 
 
 @app.command(rich_help_panel=LOOK)

@@ -8,23 +8,9 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import (
-    EXIT_FAILED,
-    EXIT_INPUT,
-    EXIT_OK,
-    EXTEND,
-    OVERRIDES,
-    AsJson,
-    Mine,
-    Overrides,
-    app,
-    console,
-    given,
-    is_quiet,
-    only_json,
-    print_json,
-    say,
-)
+from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_OK, EXTEND, OVERRIDES, app
+from foundry.commands.options import AsJson, Mine, Overrides, given
+from foundry.commands.printing import console, is_quiet, only_json, print_json, say
 from foundry.errors import InputError
 
 

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import LOOK, OVERRIDES, Folder, Mine, TrustedServers, app, console, given
+from foundry.commands.application import LOOK, OVERRIDES, app
+from foundry.commands.options import Folder, Mine, TrustedServers, given
+from foundry.commands.printing import console
 from foundry.commands.sweeps import composed_here
 from foundry.commands.view import AskingPage
 from foundry.errors import FoundryError, InputError, ModelChangedError

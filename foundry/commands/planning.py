@@ -12,29 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.analyzing import Only, Without
-from foundry.commands.application import (
-    EXIT_FAILED,
-    EXIT_OK,
-    EXTEND,
-    OVERRIDES,
-    RUN,
-    AsJson,
-    Mine,
-    Overrides,
-    app,
-    check_belongs,
-    console,
-    folder_path,
-    for_screen,
-    given,
-    is_quiet,
-    is_verbose,
-    only_json,
-    print_json,
-    say,
-)
+from foundry.commands.application import EXIT_FAILED, EXIT_OK, EXTEND, OVERRIDES, RUN, app
+from foundry.commands.options import AsJson, Mine, Only, Overrides, Without, check_belongs, folder_path, given
 from foundry.commands.power import show_labels, show_seeds
+from foundry.commands.printing import console, for_screen, is_quiet, is_verbose, only_json, print_json, say
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
 from foundry.errors import InputError
 from foundry.expansion import Sweep, settings_key
@@ -218,16 +199,14 @@ Kind = Annotated[
     typer.Option(help="With --prompt: kind of the question, such as message; default: action, or the first kind."),
 ]
 ToTime = Annotated[
-    bool,
-    typer.Option("--time", help="Send about twenty calls to each server to estimate hours, tokens and cost."),
+    bool, typer.Option("--time", help="Send about twenty calls to each server to estimate hours, tokens and cost.")
 ]
 LabelToPlan = Annotated[
     str | None,
     typer.Option(help="With --pilot: also print how many texts people must label to find a difference in this label."),
 ]
 Looks = Annotated[
-    str | None,
-    typer.Option(help="With --pilot: the power of interim looks after so many seeds, such as 8,12,18."),
+    str | None, typer.Option(help="With --pilot: the power of interim looks after so many seeds, such as 8,12,18.")
 ]
 
 

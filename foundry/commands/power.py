@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from foundry.commands.analyzing import looks_of
-from foundry.commands.application import console, say
+from foundry.commands.printing import console, say
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, ensure_writable
 from foundry.texts import counted

@@ -12,24 +12,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import (
-    EXIT_OK,
-    OVERRIDES,
-    RUN,
+from foundry.commands.application import EXIT_OK, OVERRIDES, RUN, app
+from foundry.commands.labelling import label_by_people
+from foundry.commands.options import (
+    Browser,
+    Host,
     Mine,
     Overrides,
+    Port,
     Trusted,
     TrustedServers,
-    app,
     check_belongs,
-    console,
     folder_argument,
     given,
-    say,
 )
-from foundry.commands.labelling import label_by_people
+from foundry.commands.printing import console, say
 from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
-from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
+from foundry.commands.view import AskingPage, check_view, told_to
 from foundry.errors import InputError
 from foundry.expansion import Sweep, overridden
 from foundry.own_code import CONFIG_DIR, config_dirs
@@ -79,8 +78,7 @@ def probe(
 def play(
     overrides: Overrides = None,
     label: Annotated[
-        str | None,
-        typer.Option(help="Let people label texts of a sweep with warning, refusal or another label."),
+        str | None, typer.Option(help="Let people label texts of a sweep with warning, refusal or another label.")
     ] = None,
     per_model: Annotated[
         int | None, typer.Option(min=1, help="With --label: number of texts per model; default 200.")

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
-from foundry.commands.application import EXTEND, LOOK, Mine, Trusted, app, folder_argument, for_screen, with_bar
+from foundry.commands.application import EXTEND, LOOK, app
+from foundry.commands.options import Mine, Trusted, folder_argument
+from foundry.commands.printing import for_screen, with_bar
 from foundry.errors import InputError, not_found
 from foundry.storing.store import RunFolder, find_run
 
@@ -26,16 +28,14 @@ _PART = re.compile(r"(\d+)(?:-(\d+))?")
 def replay(
     runs: Annotated[list[Path], folder_argument("Folders of runs: DIR/runs/<run>.", "RUN")],
     steps: Annotated[
-        str | None,
-        typer.Option(help="Only these steps, such as 0,5,10-20; 0 is the initial state."),
+        str | None, typer.Option(help="Only these steps, such as 0,5,10-20; 0 is the initial state.")
     ] = None,
     every: Annotated[int | None, typer.Option(help="Only every n-th step.")] = None,
     video: Annotated[Path | None, typer.Option(help="Write a film into this file (.mp4, .gif).")] = None,
     fps: Annotated[float, typer.Option(help="Steps per second of the film.")] = 5.0,
     svg: Annotated[Path | None, typer.Option(help="Write one figure of these steps, by default of all steps.")] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(help="Folder of the pictures; default: analysis/replay in the sweep."),
+        Path | None, typer.Option(help="Folder of the pictures; default: analysis/replay in the sweep.")
     ] = None,
     workers: Annotated[int | None, typer.Option(help="Number of processes; default: one per core.", min=1)] = None,
     trust_targets: Trusted = None,

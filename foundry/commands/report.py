@@ -12,8 +12,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.analyzing import Family, Labeller, Margins, Only, WhoLabels, Without, margins_of
-from foundry.commands.application import LOOK, Folder, Mine, Trusted, app, folder_argument, for_screen, say
+from foundry.commands.analyzing import margins_of
+from foundry.commands.application import LOOK, app
+from foundry.commands.options import (
+    Family,
+    Folder,
+    Labeller,
+    Margins,
+    Mine,
+    Only,
+    Trusted,
+    WhoLabels,
+    Without,
+    folder_argument,
+)
+from foundry.commands.printing import for_screen, say
 from foundry.commands.showing import probe_in
 from foundry.errors import InputError
 from foundry.storing.preregistration import preregistration_of
@@ -124,14 +137,10 @@ class Format(StrEnum):
 
 @app.command(rich_help_panel=LOOK)
 def export(
-    what: Annotated[
-        Format,
-        typer.Argument(help="inspect: logs of Inspect; eee: records of Every Eval Ever."),
-    ],
+    what: Annotated[Format, typer.Argument(help="inspect: logs of Inspect; eee: records of Every Eval Ever.")],
     folder: Folder,
     out: Annotated[
-        Path | None,
-        typer.Argument(help="A new or an empty folder; default: analysis/export in the sweep."),
+        Path | None, typer.Argument(help="A new or an empty folder; default: analysis/export in the sweep.")
     ] = None,
     family: Family = None,
     config_dir: Mine = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from foundry.commands.application import bars, console, is_verbose, only_json, print_json, say
+from foundry.commands.printing import bars, console, is_verbose, only_json, print_json, say
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
 

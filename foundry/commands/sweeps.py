@@ -10,30 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from foundry.commands.application import (
-    EXIT_FAILED,
-    EXIT_INTERRUPTED,
-    EXIT_OK,
-    OVERRIDES,
-    RUN,
-    AsJson,
-    Folder,
-    Mine,
-    Overrides,
-    Trusted,
-    TrustedServers,
-    app,
-    bars,
-    console,
-    fail,
-    folder_text,
-    given,
-    is_quiet,
-    is_verbose,
-    only_json,
-    print_json,
-    say,
-)
+from foundry.commands.application import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, OVERRIDES, RUN, app
+from foundry.commands.options import AsJson, Folder, Mine, Overrides, Trusted, TrustedServers, folder_text, given
+from foundry.commands.printing import bars, console, fail, is_quiet, is_verbose, only_json, print_json, say
 from foundry.commands.showing import analyze_and_show
 from foundry.commands.view import check_view, watched
 from foundry.composing.settings import BASELINES, UNTIL, checked_settings

@@ -8,12 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import (
-    EXIT_FAILED,
-    EXIT_OK,
-    OVERRIDES,
-    RUN,
-    TRUST,
+from foundry.commands.application import EXIT_FAILED, EXIT_OK, OVERRIDES, RUN, TRUST, app
+from foundry.commands.options import (
     AsJson,
     Folder,
     Mine,
@@ -22,17 +18,10 @@ from foundry.commands.application import (
     Overrides,
     Trusted,
     TrustedServers,
-    app,
-    console,
     folder_argument,
-    for_screen,
     given,
-    is_verbose,
-    only_json,
-    print_json,
-    say_notes,
-    with_bar,
 )
+from foundry.commands.printing import console, for_screen, is_verbose, only_json, print_json, say_notes, with_bar
 from foundry.storing.store import find_run, runs_at
 
 if TYPE_CHECKING:

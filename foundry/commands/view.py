@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import LOOK, Mine, Noted, Trusted, app, folder_argument, say_notes
+from foundry.commands.application import LOOK, app
+from foundry.commands.options import Browser, Host, Mine, Noted, Port, Trusted, folder_argument
+from foundry.commands.printing import say_notes
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, sweeps_in
 
@@ -19,16 +21,6 @@ if TYPE_CHECKING:
 
     from foundry.labels.desk import LabelDesk
     from foundry.models.human.desk import Desk
-
-Host = Annotated[
-    str,
-    typer.Option(help="Address of the page. Other machines can open the page if you change it."),
-]
-Port = Annotated[
-    int | None,
-    typer.Option(min=0, max=65535, help="Port of the page; default: 8600 or the next free port; 0: any free port."),
-]
-Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 
 
 @app.command(rich_help_panel=LOOK)

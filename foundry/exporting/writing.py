@@ -1,4 +1,4 @@
-"""Writes a sweep in the formats of other tools, without traces of this machine."""
+"""Writes a sweep in the formats of other tools, without paths and servers of this machine."""
 
 import hashlib
 import importlib
@@ -31,23 +31,19 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""The formats, and the modules with a function `write` for each; a format's name is also the name of its extra."""
+"""For each format, the module whose function `write` writes it; an extra of the package has the same name."""
 
 
 @dataclass(frozen=True)
 class ExportedRun:
-    """An ended run.
-
-    Attributes:
-        scrubber: removes traces of this machine.
-    """
+    """An ended run, and the scrubber that removes traces of this machine from it."""
 
     folder: RunFolder
     summary: RunSummary
     scrubber: Scrubber
 
     def calls(self) -> Iterator[Call]:
-        """Yield the calls of the run."""
+        """Yield the logged calls without traces of this machine."""
         for call in self.folder.calls():
             scrubbed = self.scrubber.call(call)
             self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(scrubbed))
@@ -59,7 +55,7 @@ class ExportedRun:
         return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in names}
 
     def image(self, sha256: str) -> tuple[str, bytes] | None:
-        """Return the name and the bytes of an image that was sent; the bytes are None if it was not recorded."""
+        """Return the name and the content of an image that was sent; None if it was not recorded."""
         name = self._images.get(sha256)
         content = None if name is None else kept_file(self.folder.path, name)
         return None if name is None or content is None else (name, content)
@@ -67,11 +63,7 @@ class ExportedRun:
 
 @dataclass(frozen=True)
 class ExportedCondition:
-    """One condition of a sweep.
-
-    Attributes:
-        asked: number of its runs.
-    """
+    """A condition of a sweep with its ended runs; `asked` is the number of all its runs."""
 
     sweep: str
     number: int
@@ -97,7 +89,7 @@ class ExportedCondition:
 
     @property
     def label(self) -> str:
-        """Name of the condition within its sweep, for people."""
+        """Name of the condition that people read: its world, model and prompt, and its other swept settings."""
         shown = ("world", "model", "prompt")
         further = (f"{name}={value}" for name, value in self.factors.items() if name not in shown)
         return ", ".join((self.world, self.model, self.prompt, *further))
@@ -118,22 +110,22 @@ class ExportedCondition:
         return max(run.summary.ended for run in self.runs)
 
     def identity(self, *of: str) -> uuid.UUID:
-        """Return an identifier of this condition, which is equal for equal texts."""
+        """Return an identifier that only depends on the condition's configuration and the given texts."""
         return named((json.dumps(self.config, sort_keys=True, default=str), *of))
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """Texts that change if a run of the condition is recorded again."""
+        """Texts that differ if a run of the condition is played again."""
         return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
 
 
 def named(texts: Sequence[str]) -> uuid.UUID:
-    """Return an identifier in the form of a version 4 UUID; it is equal for equal texts."""
+    """Return an identifier that only depends on the texts, in the form of a version 4 UUID."""
     return uuid.UUID(bytes=hashlib.sha256("\0".join(texts).encode()).digest()[:16], version=4)
 
 
 def conditions(folder: SweepFolder) -> list[ExportedCondition]:
-    """Return the conditions with their ended runs."""
+    """Return the conditions of a sweep with their ended runs."""
     scrubber = Scrubber()
     name = folder.path.resolve().name
     runs: dict[int, list[RunFolder]] = {}
@@ -164,18 +156,14 @@ def _scrubbed(summary: RunSummary, scrubber: Scrubber) -> RunSummary:
 
 @dataclass(frozen=True)
 class Files:
-    """The written files.
-
-    Attributes:
-        notes: omissions and their reasons, one line each.
-    """
+    """The written files, and notes: a line for each thing that was left out, with the reason."""
 
     paths: tuple[Path, ...]
     notes: tuple[str, ...] = ()
 
 
 def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters of a call that other tools know, by their common names."""
+    """Return the parameters of a call that other tools have too, by their common names."""
     given = {**parameters, **parameters.get("options", {})}
     words = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
     if words.get("max_tokens", 1) < 1:  # Ollama's values for no limit
@@ -189,11 +177,11 @@ class Measured:
 
     Attributes:
         name: `<signature>.<measure>`.
-        label: title, with the unit if any.
-        low: least possible value; -inf without a bound.
-        high: greatest possible value; inf without a bound.
-        null: text with the value expected by chance and the policy behind it, or empty.
-        better: `high` or `low` if agents should reach this end; empty for most behaviour.
+        label: title, with the unit.
+        low: least possible value; -inf if there is none.
+        high: greatest possible value; inf if there is none.
+        null: text with the value that is expected by chance and the policy that gives it; "" if there is none.
+        better: "high" or "low" if agents should reach this end; "" for most measures, which only describe behaviour.
     """
 
     name: str
@@ -206,15 +194,15 @@ class Measured:
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean of a measure over the runs of a condition, with its interval.
+    """The mean of a measure over the runs of a condition.
 
     Attributes:
         n: number of runs with a value.
-        mean: NaN without values.
-        sd: standard deviation, ddof 1; NaN with fewer than two values.
-        low: lower end of the 95 % interval; NaN if undefined.
-        high: upper end.
-        interval: method of the interval, or empty.
+        mean: the mean; NaN without values.
+        sd: standard deviation with ddof 1; NaN with fewer than two values.
+        low: lower end of the 95 % interval of the mean; NaN if undefined.
+        high: upper end of this interval; NaN if undefined.
+        interval: name of the method of the interval; "" if undefined.
     """
 
     n: int
@@ -227,11 +215,12 @@ class Mean:
 
 @dataclass(frozen=True)
 class Scores:
-    """The declared measures of a sweep.
+    """The declared measures of a sweep, and their values.
 
     Attributes:
-        of_runs: values by run id and measure's name; NaN if undefined, no value if the run lacks the measure.
-        of_conditions: means by the condition's index in the sweep, and by the measure's name.
+        measures: the measures.
+        of_runs: value by run id and name of the measure; NaN if undefined, no value if the run lacks the measure.
+        of_conditions: mean by index of the condition in the sweep, and by name of the measure.
     """
 
     measures: tuple[Measured, ...]
@@ -240,16 +229,12 @@ class Scores:
 
 
 Write: TypeAlias = Callable[[Sequence[ExportedCondition], Scores, Path], Files]
-"""Writes the available runs of conditions into a folder."""
+"""A function that writes conditions and their measures into a folder."""
 
 
 @dataclass(frozen=True)
 class Written:
-    """The result of an export.
-
-    Attributes:
-        notes: omissions and their reasons, one line each.
-    """
+    """The result of an export; `notes` has a line for each thing that was left out, with the reason."""
 
     path: Path
     files: tuple[Path, ...]
@@ -264,14 +249,14 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     ended = [one for one in every if one.runs]
     if not ended:
         raise InputError(
-            f"No run of '{folder.path}' has ended, so nothing can be exported: continue it with foundry resume."
+            f"No run of '{folder.path}' has ended, so nothing can be exported. Continue it with foundry resume."
         )
     path = out or folder.export_dir(what)
     if out is None:
         shutil.rmtree(path, ignore_errors=True)
     ensure_writable(path)
     if any(path.iterdir()):
-        raise InputError(f"'{path}' holds files: name a new or an empty folder for the export.")
+        raise InputError(f"'{path}' is not empty. Name a new or an empty folder for the export.")
     files = writer(ended, scores, path)
     return Written(path, files.paths, sum(len(one.runs) for one in ended), (*_missing(every), *files.notes))
 

@@ -1,4 +1,4 @@
-"""Writes a bundle, one file for a reviewer: records, answers, images, scenes. A sweep always gives equal bytes."""
+"""Packs a sweep into a bundle, one file for a reviewer; the same sweep always gives the same bytes."""
 
 import hashlib
 import io
@@ -44,16 +44,16 @@ NEUTRAL = {
     "cache": {"path": "outputs/answers.sqlite"},
     "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
 }
-"""Neutral settings for running a bundled sweep; they replace the settings of this machine."""
+"""The settings in a bundle for running the sweep, which replace those of this machine."""
 
 
 @dataclass(frozen=True)
 class BundledScene:
-    """A scene with all its files.
+    """A scene with all files that it needs.
 
     Attributes:
         asset: name of the scene in the configuration.
-        main: its root layer, as a path in the bundle.
+        main: path of its main file in the bundle.
         files: all its files, by their paths in the bundle.
     """
 
@@ -63,7 +63,7 @@ class BundledScene:
 
 
 def scenes_of(folder: SweepFolder) -> list[BundledScene]:
-    """Return the scenes of a sweep's runs."""
+    """Return the scenes in which the runs of a sweep take place."""
     scenes: dict[str, BundledScene] = {}
     for condition, here in zip(folder.sweep.conditions, folder.sweep_here().conditions, strict=True):
         scene = condition.config["world"].get("scene")
@@ -73,7 +73,7 @@ def scenes_of(folder: SweepFolder) -> list[BundledScene]:
 
 
 def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
-    """Return a scene with the files that it may read, which are below one folder, by default its own."""
+    """Return a scene with all its files, which must be in one folder, by default the folder of its main file."""
     from foundry.worlds.camera.loading.scene_files import find_asset, scene_files
 
     main = find_asset(here["asset"]).resolve()
@@ -94,7 +94,7 @@ def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
 
 
 def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> None:
-    """Check, with a copy of the scene in another folder, that it finds all its files."""
+    """Raise an error if a copy of the scene in another folder does not find all its files."""
     from foundry.worlds.camera.loading.scene_files import scene_files
 
     with tempfile.TemporaryDirectory() as name:
@@ -108,22 +108,22 @@ def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> Non
     if lost or len(copied) < len(files):
         what = f"'{lost[0]}'" if lost else "a file"
         raise InputError(
-            f"Scene '{asset}' names {what} by an absolute path: make the path relative to bundle the sweep."
+            f"Scene '{asset}' names {what} by an absolute path. To bundle the sweep, make this path relative."
         )
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A file of a bundle: its path there, and a function that returns its content, equal in each call."""
+    """A file of a bundle: its path in the bundle, and a function that returns its content."""
 
     name: str
     read: Callable[[], bytes]
 
 
 def write_bundle(path: Path, out: Path, *, notes: bool = False) -> Manifest:
-    """Write the bundle of a sweep."""
+    """Write the bundle of the sweep in a folder; `notes` says whether people's notes are included."""
     if out.exists():
-        raise InputError(f"'{out}' exists: name another file, or remove it.")
+        raise InputError(f"'{out}' already exists. Name another file, or remove it.")
     folder, scrubber = SweepFolder.open(path), Scrubber()
     entries = sorted(_entries(folder, scrubber, "", notes=notes), key=lambda entry: entry.name)
     try:
@@ -162,7 +162,7 @@ def _write(file: IO[bytes], manifest: Manifest, entries: Sequence[Entry]) -> Non
         for entry, described in zip(entries, manifest.files, strict=True):
             content = entry.read()
             if len(content) != described.size:
-                raise InputError(f"'{entry.name}' changed during bundling: wait until the sweep has ended.")
+                raise InputError(f"'{entry.name}' changed during bundling. Wait until the sweep has ended.")
             _write_member(stream, entry.name, content)
         stream.write(b"\0" * (2 * tarfile.BLOCKSIZE))
 
@@ -178,7 +178,7 @@ def _write_member(stream: IO[bytes], name: str, content: bytes) -> None:
 
 
 def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
-    """Yield the files of a sweep and of its baselines."""
+
     scenes = scenes_of(folder)
     sweep, named = _scrubbed(folder.sweep, scenes, scrubber)
     settings = scrubber.config({**folder.settings, **NEUTRAL})
@@ -202,7 +202,7 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: boo
 
 
 def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
-    """Yield the files of a sweep with preregistrations, checks, notes and labels."""
+
     for file in label_files_of(folder):
         yield _text(f"{prefix}{file.relative_to(folder.path).as_posix()}", file.read_text, scrubber)
     for name in (DETERMINISM_FILE, LOOKS_FILE, PREREGISTRATION_FILE):
@@ -213,7 +213,7 @@ def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes
 
 
 def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
-    """Return the sweep without traces of this machine, and the files of its scenes by their names in the sweep."""
+    """Return the sweep without traces of this machine, and the main file of each scene by its name in the sweep."""
     conditions = tuple(
         replace(one, config=scrubber.config(one.config), factors=scrubber.value(dict(one.factors)))
         for one in sweep.conditions
@@ -255,7 +255,7 @@ def _checked(path: Path, scrubber: Scrubber) -> bytes:
 def _picture(run: Path, name: str) -> bytes:
     content = kept_file(run, name)
     if content is None:
-        raise InputError(f"'{name}' disappeared during bundling: wait until the sweep has ended.")
+        raise InputError(f"'{name}' disappeared during bundling. Wait until the sweep has ended.")
     return content
 
 
@@ -265,7 +265,6 @@ def _summary(run: RunFolder, scrubber: Scrubber) -> str:
 
 
 def _calls(read: Callable[[], Iterator[Call]], name: str, scrubber: Scrubber) -> bytes:
-    """Return a log of calls without the names of servers; prompts and replies do not change."""
     calls = [scrubber.call(call) for call in read()]
     scrubber.check(name, b"\n".join(map(msgspec.json.encode, calls)))
     return calls_bytes(calls)

@@ -1,4 +1,4 @@
-"""Finds the first difference of two runs, and their drift from then on."""
+"""Finds the first difference of two runs, and measures how far they are apart at each later step."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,16 +21,17 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Drift:
-    """The distance between two runs after a step, over the decisions that both have.
+    """How far two runs are apart after a step, over the decisions that both runs have.
 
     Attributes:
         step: the step, from 1.
-        decisions: number of decisions; more than agents if an agent is asked several times per step.
+        agents: number of agents that decided.
+        decisions: number of decisions; an agent may decide several times in a step.
         acted: share of decisions that differ.
-        elsewhere: share of decisions that lead to a different place or view; NaN without places.
-        distance: mean distance between the two places of an agent: cells in a 2D world, metres in a 3D one, else NaN.
-        turned: mean angle between the two headings, degrees; NaN without headings.
-        utility: mean distance between the two utilities; NaN without utilities.
+        elsewhere: share of decisions after which the agent is at another place or view; NaN without places.
+        distance: mean distance between an agent's places, cells in a 2D world, metres in a 3D world; else NaN.
+        turned: mean angle between an agent's headings, degrees; NaN without headings.
+        utility: mean difference between an agent's utilities; NaN without utilities.
     """
 
     step: int
@@ -45,11 +46,13 @@ class Drift:
 
 @dataclass(frozen=True)
 class Parting:
-    """The first differences of two runs.
+    """The first differences of two runs; in each, `recorded` is the first run's value.
 
     Attributes:
-        question: the first question that differs or that only one run has; `recorded` is the first run's.
-        drift: one row per common step.
+        question: the first question that differs, or that only one run has.
+        answer: the first reply that differs.
+        state: the first state that differs.
+        drift: a row for each step that both runs have.
     """
 
     question: Difference | None
@@ -59,7 +62,7 @@ class Parting:
 
 
 def compare(one: RunFolder, other: RunFolder) -> Parting:
-    """Compare two runs step by step."""
+    """Compare two runs of the same form step by step."""
     forms = [run.declared.form for run in (one, other)]
     if forms[0] != forms[1]:
         raise InputError(f"Cannot compare '{one.id}' and '{other.id}': their forms are '{forms[0]}' and '{forms[1]}'.")
@@ -74,7 +77,7 @@ def compare(one: RunFolder, other: RunFolder) -> Parting:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise RecordError(
-            f"The steps of '{one.id}' or '{other.id}' are not of form '{forms[0]}', which their sweep declares "
+            f"The steps of '{one.id}' or '{other.id}' do not have the form '{forms[0]}', which their sweep declares "
             f"({type(error).__name__}: {error})."
         ) from error
 
@@ -83,7 +86,7 @@ def _steps(run: RunFolder) -> dict[Numbered, tuple[int, Line]]:
     content = run.steps_bytes()
     content = content[: content.rfind(b"\n") + 1]
     if not content:
-        raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to compare.")
+        raise InputError(f"Run '{run.id}' has no recorded step yet, so it cannot be compared.")
     try:
         return _numbered(msgspec.json.Decoder(dict[str, Any]).decode_lines(content), _decision_of)
     except NOT_JSON as error:
@@ -104,7 +107,7 @@ def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
 
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
-    """Return the number and content of lines, by step, agent, kind and number of earlier equal questions."""
+    """Return each line with its number from 1, by its question and the number of earlier equal questions."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
 
@@ -123,7 +126,7 @@ def _first(
     file: str,
     shown: Callable[[Any], Any] = lambda found: found,
 ) -> Difference | None:
-    """Return the first line, in the order of the first run, that differs in a part or is missing in one run."""
+    """Return the first line of which a part differs, or that only one run has."""
     one, other = lines
     for key, (number, line) in one.items():
         if key not in other:
@@ -171,6 +174,5 @@ def _turn(one: float, other: float) -> float:
 
 
 def _mean(values: Iterable[float]) -> float:
-    """Return the mean; NaN without values."""
     numbers = list(values)
     return math.fsum(numbers) / len(numbers) if numbers else math.nan

@@ -1,4 +1,4 @@
-"""Composes a sweep that continues a recorded run; overrides that would change the past are rejected."""
+"""Composes a sweep that continues a recorded run from a step, and rejects overrides that would change earlier steps."""
 
 import asyncio
 import hashlib
@@ -24,16 +24,16 @@ from foundry.trust.verifying import Comparer, EndOfRecords
 def compose_fork(
     run: RunFolder, sweep: str, at: int, overrides: Sequence[str], defaults: Defaults | None = None
 ) -> Composed | None:
-    """Compose a run's own configuration with overrides, to continue it from a step.
+    """Compose the configuration of a run with overrides, to continue it from the step `at`.
 
     Returns:
-        The composed sweep, or None if Hydra answered one of its own flags.
+        The composed sweep, or None if Hydra answered the command line itself, as with --help.
     """
     _check_step(run, at)
     config = run.config()
     if "seed" in overridden(overrides):
         raise InputError(
-            "A fork keeps the seed of its run, because the past depends on it: vary sampling_seed instead."
+            "A fork keeps the seed of its run, because earlier steps depend on it. Vary sampling_seed instead."
         )
     composed = compose_recorded(config, overrides, defaults)
     if composed is None:
@@ -48,7 +48,7 @@ def compose_fork(
 
 
 def keep_origin(folder: SweepFolder, run: RunFolder, at: int) -> None:
-    """Copy the shared calls into the fork's folder, so that the fork no longer needs its origin."""
+    """Copy the calls before the step `at` into the folder of a fork, which then no longer needs the original run."""
     path = folder.origin_path(run.id, at)
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -62,7 +62,7 @@ def _calls_before(run: RunFolder, at: int) -> list[Call]:
 def _check_step(run: RunFolder, at: int) -> None:
     steps = _steps_of(run)
     if not steps:
-        raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to continue.")
+        raise InputError(f"Run '{run.id}' has no recorded step yet, so it cannot be continued.")
     last = last_whole_step(steps, complete=run.is_complete)
     if not 2 <= at <= last + 1:
         raise InputError(f"--at {at}: run '{run.id}' has {last} steps, so use a step from 2 to {last + 1}.")
@@ -79,7 +79,7 @@ def _steps_of(run: RunFolder) -> list[int]:
 
 
 def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:
-    """Return the part of a fork's configuration that describes its past."""
+    """Return the part of a fork's configuration that says which run it continues, and how that run was asked."""
     whole = {"before": None, "prompt": config["prompt"], "seed": calls_seed(config)}
     past: list[dict[str, Any]] = []
     for part in [*config.get("fork", {}).get("past", []), whole]:
@@ -92,7 +92,7 @@ def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) 
 
 
 def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
-    """Return the SHA-256 of the lines before a step, by the name of their file."""
+    """Return the SHA-256 of the lines before the step `at`, for each record file."""
     return {
         f"{stream}.jsonl": hashlib.sha256(_shared(run, stream, at)).hexdigest()
         for stream in run.streams
@@ -108,7 +108,7 @@ def _shared(run: RunFolder, stream: str, at: int) -> bytes:
 
 
 def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
-    """Replay the past in the world of the fork, and raise an error if the past differs."""
+    """Replay the steps before `at` in the world of the fork, and raise an error if they differ."""
     config = {**condition.config, "seed": run.run.seed}
     world = build(config["world"]).start(config["seed"])
     asker = RecordedAsker(_calls_before(run, at), past_wordings(config))

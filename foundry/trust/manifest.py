@@ -1,4 +1,4 @@
-"""The manifest of a bundle, which lists every file with its size and digest; and the rules for file names."""
+"""The manifest of a bundle, which lists its files with sizes and digests; and the rules for names of files."""
 
 import re
 import unicodedata
@@ -22,7 +22,7 @@ _DEVICES = re.compile(r"(?:con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0
 
 
 class BundledFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A file of a bundle: its path, its size in bytes, its SHA-256."""
+    """A file in a bundle; its size is in bytes."""
 
     path: str
     size: int
@@ -35,9 +35,10 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         format: version of the format.
         sweep: name of the sweep's folder.
-        versions: versions of foundry, Python and packages that can change a record, on the bundling machine.
-        git_commit: commit of foundry's clone, or null.
-        files: all other files, in order.
+        runs: number of runs.
+        versions: versions of foundry, Python and the packages that can change a record, where the bundle was made.
+        git_commit: commit of foundry's clone there, or null.
+        files: all other files of the bundle, in their order.
     """
 
     format: str
@@ -49,7 +50,7 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_manifest(content: bytes) -> Manifest:
-    """Check the manifest and return it."""
+    """Decode and check the manifest of a bundle."""
     try:
         manifest = msgspec.json.decode(content, type=Manifest)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -66,7 +67,7 @@ def read_manifest(content: bytes) -> Manifest:
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Reject names that lead outside the folder, that some file system cannot store, or that mean the same file."""
+    """Reject names that lead out of the folder, that some file system cannot store, or that mean the same file."""
     seen: dict[str, str] = {_folded(NAME): NAME}
     folders: dict[str, str] = {}
     for name in names:
@@ -85,7 +86,7 @@ def check_names(names: Iterable[str]) -> None:
 
 
 def _folded(name: str) -> str:
-    """Return a form of a name that is equal for names that mean the same file on some file system."""
+    """Return the same text for all names that some file system takes for one file, such as "a" and "A"."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 

@@ -1,4 +1,4 @@
-"""Removes paths, the author and all secrets from bundles and exports."""
+"""Removes paths, user names and secrets from bundles and exports."""
 
 import os
 import re
@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import msgspec
+from msgspec.structs import replace
 
 from foundry.errors import InputError
-from foundry.records import Attempt, Call
+from foundry.records import Call
 
 LOCAL_URL = "http://127.0.0.1"
 """The address that replaces every server's address, since addresses do not affect answers."""
@@ -17,11 +17,11 @@ _HOMES = re.compile(r"(?:/home|/Users)/[^/\s'\":,]+|[A-Za-z]:(?:\\{1,2}|/)Users(
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIAL", re.IGNORECASE)
 _SHORTEST_SECRET = 8
 _MACHINE_KEYS = ("output", "cache", "hydra")
-"""Keys of overrides that concern the machine of a sweep."""
+"""Settings that concern the machine, and not the sweep."""
 
 
 class Scrubber:
-    """Removes traces of this machine and its user from texts."""
+    """Removes the paths, the user names and the servers of this machine from texts."""
 
     def __init__(self) -> None:
         homes = {str(Path.home()), str(Path.home().resolve())} - {"/", ""}
@@ -34,14 +34,14 @@ class Scrubber:
         }
 
     def text(self, text: str) -> str:
-        """Return a text without the working directory and home folders."""
+        """Return a text without the working directory, and with `~` for home folders."""
         text = text.replace(self._here, "") if len(self._here) > 1 else text
         for home in self._homes:
             text = re.sub(rf"{re.escape(home)}(?=[/\\]|\b)", "~", text)
         return _HOMES.sub("~", text)
 
     def value(self, value: Any) -> Any:
-        """Return a plain value with all its texts scrubbed."""
+        """Return a value of dicts, lists and texts, with `text` applied to each text."""
         if isinstance(value, str):
             return self.text(value)
         if isinstance(value, Mapping):
@@ -49,31 +49,24 @@ class Scrubber:
         return [self.value(inner) for inner in value] if isinstance(value, list | tuple) else value
 
     def config(self, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a run's configuration without the servers of its models."""
+        """Return a configuration without paths of this machine and addresses of servers."""
         scrubbed: dict[str, Any] = self.value(_without_servers(config))
         return scrubbed
 
     def call(self, call: Call) -> Call:
-        """Return a logged call without the names of servers; prompts and replies do not change."""
-        attempts = tuple(
-            Attempt(
-                error=self.text(one.error).replace(call.host or "\0", "the server"),
-                elapsed_s=one.elapsed_s,
-                busy=one.busy,
-            )
-            for one in call.attempts
-        )
+        """Return a logged call without the names of servers; its prompt and reply do not change."""
+        host = call.host or "\0"
+        attempts = tuple(replace(one, error=self.text(one.error).replace(host, "the server")) for one in call.attempts)
         served = None if call.served_model is None else self.text(call.served_model)
         remote = None if call.remote is None else self.text(call.remote)
-        return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
+        return replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a command line without overrides that concern the machine."""
-        shared = [one for one in overrides if not _is_of_machine(one)]
-        return tuple(self.text(one) for one in shared)
+        """Return a command line without the overrides that concern this machine."""
+        return tuple(self.text(one) for one in overrides if not _is_of_machine(one))
 
     def check(self, name: str, content: bytes) -> None:
-        """Reject content that still contains a home folder or the value of a secret environment variable."""
+        """Raise an error if content still contains the path of a home folder or the value of a secret variable."""
         text = content.decode("utf-8", "replace")
         for variable, value in self._secrets.items():
             if value in text:
@@ -94,7 +87,6 @@ def _without_servers(value: Any) -> Any:
 
 
 def _anonymous(server: Any) -> Any:
-    """Return the settings of a server with every address replaced."""
     if not isinstance(server, Mapping):
         return server
     return {key: LOCAL_URL if key in ("hosts", "base_url") else value for key, value in server.items()}

@@ -1,6 +1,6 @@
-"""Checks whether a sweep's servers are deterministic: repeats recorded calls at the end, alone and under load.
+"""Checks whether servers are deterministic: repeats some recorded calls at the end of a sweep, alone and under load.
 
-The repeats are not behaviour: they use no answer cache and do not change the records of runs.
+The repeats use no cache of answers and do not change the records of runs.
 """
 
 import asyncio
@@ -42,20 +42,15 @@ from foundry.worlds.base import Scenario
 from foundry.worlds.compared import Line, compared_of
 
 LOOK_EVERY_S = 0.1
-"""Interval at which to check whether the sweep must stop, seconds."""
+"""Time between two checks whether the sweep must stop, seconds."""
 STREAM = "determinism"
-"""Name of the random stream that selects a run's calls."""
+"""The name of the random stream that draws the calls to repeat."""
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Repeatable:
-    """A recorded call to repeat.
-
-    Attributes:
-        number: its index in the log of calls, from 0.
-        request: the request of this call: messages, seed and parameters.
-    """
+    """A recorded call that can be repeated; `number` is its index in the run's log of calls, from 0."""
 
     run: RunFolder
     number: int
@@ -66,9 +61,9 @@ class Repeatable:
 def repeat_calls(
     folder: SweepFolder, setting: int | str, model: Mapping[str, Any], in_flight: int, stopping: Callable[[], bool]
 ) -> None:
-    """Repeat calls of a served model and record the results, unless that was done before or a run is missing.
+    """Repeat calls of a served model and record the results, unless that was done before or a run is not complete.
 
-    An error is reported in one line and has no other effect.
+    An error is only logged.
     """
     of, served = str(model["name"]), served_by_others(build(model))
 
@@ -95,7 +90,7 @@ def repeat_calls(
 
 
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
-    """Return a model's runs with answers from its server; empty unless all its runs are complete."""
+    """Return the runs of a model that sent calls to its server; empty if not all its runs are complete."""
     conditions = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
     runs = {run: run.summary() for run in folder.runs() if run.run.condition in conditions}
     complete = {run: summary for run, summary in runs.items() if summary is not None and summary.status == "complete"}
@@ -107,13 +102,13 @@ def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
 def _measured(
     runs: Sequence[RunFolder], member: Model, of: str, budget: Budget, stopping: Callable[[], bool]
 ) -> Repeats | None:
-    """Repeat calls of a model and return the results; None without calls, or if the sweep must stop."""
+    """Repeat calls of a model and return the results; None if there are no calls, or if the sweep must stop."""
     together = budget.again + budget.beside
     drawn = _draw(runs, member, together, most_runs=budget.again)
     calls, others = drawn[: budget.again], drawn[budget.again : together]
     if not calls:
         return None
-    line = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
+    line = "%s: repeating %d recorded calls alone, then together with %d others (determinism=0 leaves this out)"
     _log(line, visible(member.name), len(calls), len(others))
     replies = asyncio.run(_unless_stopped(_asked(member, calls, others), stopping))
     if replies is None:
@@ -147,7 +142,7 @@ def _log(text: str, *values: object) -> None:
 async def _asked(
     member: Model, calls: Sequence[Repeatable], others: Sequence[Repeatable]
 ) -> tuple[list[Reply], list[Reply]]:
-    """Return the replies to calls that are made first one at a time, then together with other calls."""
+    """Return the replies to calls that are sent one after another, and to the same calls together with others."""
     model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
@@ -159,7 +154,7 @@ async def _asked(
 
 
 async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], bool]) -> T | None:
-    """Return the result of some work, or None if the sweep must stop before the work ends."""
+    """Return the result of a coroutine, or None if the sweep must stop before it ends."""
     task = asyncio.ensure_future(work)
     while not task.done():
         await asyncio.wait({task}, timeout=LOOK_EVERY_S)
@@ -169,14 +164,14 @@ async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], b
 
 
 def _draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int) -> list[Repeatable]:
-    """Return calls answered by a model's server, ordered so that the first calls are spread over runs and kinds."""
+    """Draw calls that a model's server answered; the first of them come from different runs and kinds of question."""
     order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
     parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
     return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
 
 
 def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: int, turn: int) -> list[Repeatable]:
-    """Return calls of one run, alternating kinds of question, with a different first kind in each run."""
+    """Draw calls of one run, whose kinds of question alternate; `turn` sets the first kind."""
     by_kind: dict[str, list[tuple[int, Call]]] = {}
     for number, call in enumerate(run.calls()):
         if not call.cached and call.model == model.name and call.parameters == parameters:
@@ -197,14 +192,14 @@ def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
 
 
 def _images(run: RunFolder) -> dict[str, bytes]:
-    """Return the recorded images that a run's model saw, by SHA-256."""
+
     names = [name for name in run.pictures() if name.startswith(f"{IMAGES}/")]
     images = [content for name in names if (content := kept_file(run.path, name)) is not None]
     return {hashlib.sha256(content).hexdigest(): content for content in images}
 
 
 def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request | None:
-    """Return the request of a logged call; None if it was not recorded completely."""
+    """Return the request of a logged call; None if the record is incomplete, for example without its images."""
     messages = tuple(
         ChatMessage(line["role"], line["content"], tuple(images.get(sha, b"") for sha in line.get("images_sha256", ())))
         for line in call.messages
@@ -215,11 +210,10 @@ def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request |
 
 
 def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
-    """Return the result of a repeated call; each world is built once, when it is first needed.
+    """Compare the reply to a repeated call with the recorded reply.
 
-    If the reply differs, its decision is read by the world. For this, the episode is replayed from its recorded answers
-    up to the call, and continues with the new reply. If the questions then differ from the recorded ones, the decision
-    counts as different.
+    If they differ, the world reads the decision in the new reply: the episode is replayed up to the call, and goes on
+    with the new reply. If its questions then differ from the recorded ones, the decision counts as different.
     """
     decision = _decision(one)
     if (reply.text, reply.ending) == (one.call.text, one.call.ending):
@@ -236,10 +230,10 @@ def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Aga
 
 
 def _decision(one: Repeatable) -> tuple[Line, int] | None:
-    """Return the line with a call's decision, and the line's index among the lines of its step, agent and kind.
+    """Return the line with the decision of a call, and its index among the lines of the same question.
 
-    A probe with repeats has several such lines. The line is None if a call alone decides nothing, or if the records do
-    not identify the line.
+    The repeats of a probe give several such lines. The result is None if the call decides nothing alone, or if it is
+    unknown which line is the call's.
     """
     if one.call.kind not in one.run.declared.actions:
         return None
@@ -254,7 +248,7 @@ def _is_of(line: Line, call: Call) -> bool:
 
 
 def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
-    """Continue with a different reply to a call while the questions stay equal; yield the decisions of its question."""
+    """Replay a run with another reply to a call while the questions stay equal; yield the lines of its question."""
     world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):

@@ -1,4 +1,4 @@
-"""Checks the `run.json` and `config.yaml` of a run, and pictures of another renderer, during a replay."""
+"""Checks `run.json` and `config.yaml` of a replayed run, and pictures that another renderer drew."""
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,13 +19,13 @@ from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
-"""Totals that a replay cannot check, because they depend on the source of answers."""
+"""Counts that a replay cannot check, because they depend on where the answers came from."""
 _RENDERER = "renderer"
-"""The key for the renderer in a line."""
+"""The key of a line that names the renderer."""
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
-    """Check that a complete run matches its configuration, and that its totals match its records."""
+    """Check that `run.json` of a complete run matches the run's configuration, records and calls."""
     if summary is None or summary.status != COMPLETE:
         return
     names = {part: config[part]["name"] for part in ("world", "model", "prompt")}
@@ -42,7 +42,7 @@ def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts:
 
 
 def _member_names(members: Any) -> list[Any]:
-    """Return the names of a population's models; empty for a single model."""
+    """Return the names of the models of a population; [] for a single model."""
     if not isinstance(members, Mapping):
         return []
     models = [one.get("model") for one in members.values() if isinstance(one, Mapping)]
@@ -50,7 +50,7 @@ def _member_names(members: Any) -> list[Any]:
 
 
 def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary | None) -> None:
-    """Check that the configuration of an ended run equals the sweep's configuration; servers may differ."""
+    """Check that `config.yaml` of an ended run equals the run's configuration in the sweep; servers may differ."""
     if summary is None:
         return
     try:
@@ -62,7 +62,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
 
 
 def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) -> None:
-    """Check that the recorded schemas of the sweep and of the run match the world's schema."""
+    """Check that the recorded declaration of records equals the declaration of the world now."""
     if run.declared_then is not None:
         then = msgspec.to_builtins(run.declared_then)
         _check(SWEEP_FILE, {"declared": then}, {"declared": msgspec.to_builtins(now)})
@@ -71,7 +71,7 @@ def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) ->
 
 
 def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
-    """Check that the files have the digests recorded at the end of the run."""
+    """Check that the record files have the digests in `run.json`."""
     # A crashed worker could not record the digests of its files.
     if summary is None or (summary.status != COMPLETE and not summary.records_sha256):
         return
@@ -88,7 +88,7 @@ def _replayed(counts: Counts) -> dict[str, Any]:
 
 
 def _check_answerer(summary: RunSummary, call: Call) -> None:
-    """Check which model answered a call of the last step; calls of a replayed model name a different model."""
+    """Check that the right model answered a call of the last step; a replayed model is not checked."""
     place = place_of(call)
     digests = {member.model: member.digest for member in summary.members} or {summary.model: summary.model_digest}
     if call.model not in digests:
@@ -115,7 +115,7 @@ class Renderers:
 
 
 def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
-    """Return the renderers if two lines differ only in the renderer."""
+    """Return the recorded and the current renderer, if two lines only differ in the renderer; else None."""
     try:
         then, fresh = msgspec.json.decode(recorded or b"null"), msgspec.json.decode(now)
     except NOT_JSON:
@@ -129,16 +129,16 @@ def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
 
 
 def is_of_pictures(difference: Difference) -> bool:
-    """Return whether a difference concerns pictures, including those of a question."""
+    """Return whether a difference is one of pictures, such as a picture in a question."""
     is_question = difference.file == CALLS and ".images_sha256[" in difference.field
     return is_question or difference.file.split("/")[0] in KEPT
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
-    """Return a note on a run with pictures by another renderer; None if the content of pictures differs."""
+    """Return a note about a run whose pictures another renderer drew; None if the pictures show something else."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
-    note = f"was drawn by {drew.then} ({drew.now} here), whose pixels differ, so it cannot be verified here"
+    note = f"was drawn by {drew.then}, and by {drew.now} here the pixels differ, so it cannot be verified here"
     now = next((one for one in drawn if _sha256(one) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
@@ -151,7 +151,6 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
 
 
 def _kept(run: RunFolder, digest: Any) -> bytes | None:
-    """Return the recorded picture with this SHA-256."""
     contents = (kept_file(run.path, name) for name in run.pictures())
     return next((one for one in contents if one is not None and _sha256(one) == digest), None)
 
@@ -161,7 +160,7 @@ def _sha256(content: bytes) -> str:
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
-    """Yield a line for each run that has, or may have, answers of other weights than the first run of its model."""
+    """Yield a line for each run whose canary differs from the first run of the model, or changed during the run."""
     first: dict[str, tuple[str, Canary]] = {}
     for summary in _summaries(runs):
         for canary in summary.canaries:

@@ -1,4 +1,4 @@
-"""Unpacks a bundle of unknown origin; rejects anything but plain files with plain names and with the declared sizes."""
+"""Unpacks a bundle of unknown origin, which may only contain plain files with plain names and the declared sizes."""
 
 import hashlib
 import shutil
@@ -17,19 +17,19 @@ from foundry.trust.manifest import LARGEST_BYTES, NAME, BundledFile, Manifest, r
 
 GIB = 1 << 30
 LARGEST_WINDOW = 1 << 27
-"""Bytes of memory that decompression may use."""
+"""Memory that decompression may use, bytes."""
 _CHUNK = 1 << 20
 _BLOCK = tarfile.BLOCKSIZE
 
 
 class _Members:
-    """Reads the members of an archive in order; accepts only plain files without further headers."""
+    """Reads the members of a tar archive in order; they may only be plain files without extended headers."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream
 
     def next(self) -> tarfile.TarInfo | None:
-        """Return the next header, or None at the end of the archive."""
+        """Return the header of the next member, or None at the end of the archive."""
         block = self._read(_BLOCK)
         if block == b"\0" * _BLOCK:
             return None
@@ -51,7 +51,7 @@ class _Members:
         self._read(-size % _BLOCK)
 
     def check_end(self) -> None:
-        """Check that nothing follows the two empty blocks of the end."""
+        """Raise an error if anything follows the two empty blocks that end an archive."""
         if self._read(_BLOCK) != b"\0" * _BLOCK or self._stream.read(1):
             raise InputError("The bundle is refused: something follows the end of its archive.")
 
@@ -66,11 +66,11 @@ class _Members:
 
 
 def unpack_bundle(bundle: Path, target: Path, *, limit: int = 16 * GIB) -> Manifest:
-    """Unpack a bundle into a new folder; after an error nothing is left of it."""
+    """Unpack a bundle into a new folder, which is removed after an error; `limit` is the maximum size, bytes."""
     if not bundle.is_file():
         raise InputError(f"Bundle '{bundle}' does not exist.")
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
-        raise InputError(f"'{target}' is in use: name a new or an empty folder.")
+        raise InputError(f"'{target}' is not empty. Name a new or an empty folder.")
     ensure_writable(target.parent)
     with tempfile.TemporaryDirectory(prefix=".unbundle-", dir=target.parent) as name:
         fresh = Path(name) / "sweep"
@@ -103,8 +103,8 @@ def _unpack(members: _Members, folder: Path, limit: int) -> Manifest:
     free = shutil.disk_usage(folder).free
     if total > min(limit, free):
         raise InputError(
-            f"The bundle is refused: it unpacks to {total / GIB:.2f} GiB, but {min(limit, free) / GIB:.2f} GiB are "
-            "allowed and free: free some space, or raise --limit."
+            f"The bundle is refused: it unpacks to {total / GIB:.2f} GiB, but only {min(limit, free) / GIB:.2f} GiB "
+            "are allowed and free. Free some space, or raise --limit."
         )
     for file in manifest.files:
         _unpack_file(members, folder, file)

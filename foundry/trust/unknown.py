@@ -1,7 +1,7 @@
-"""Limits the code that a record of unknown origin may build, and the servers that it may contact.
+"""Limits the classes that a record of unknown origin can use, and the servers that it can contact.
 
-Such a record may build foundry's own parts, classes in folders named with `--config-dir`, and classes of trusted
-packages. It may contact this machine, and servers that the user has named.
+It can use the classes of foundry, of folders that the user names with `--config-dir`, and of packages that the user
+trusts. It can contact this machine and servers that the user has named.
 """
 
 import importlib
@@ -25,7 +25,7 @@ from foundry.texts import without_secrets
 from foundry.worlds.base import Scenario
 
 VARIABLE = "FOUNDRY_TRUST_TARGETS"
-"""Environment variable with further trusted packages, separated by commas."""
+"""The environment variable that names further trusted packages, separated by commas."""
 ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "world": (Scenario, ("foundry.worlds",)),
     "model": (Model, ("foundry.models", *POLICY_MODULES.values(), "foundry.running.replayed")),
@@ -33,29 +33,26 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "fork": (object, ("foundry.prompts",)),
     "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),
 }
-"""The base class of each part of a configuration, and the modules of the classes that it may contain at any depth."""
+"""For each part of a configuration, its base class, and the modules whose classes it may contain at any depth."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
-"""Modules of policies and their parts, such as faults; these take numbers and other policies, and are harmless."""
+"""The modules of scripted policies and their parts, such as faults, which are harmless."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 HOSTED = "https://api.openai.com/v1"
 """The server that gets `OPENAI_API_KEY` unless another server is named."""
 VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
-"""Settings that contain addresses, and for each the environment variable that may name this address."""
+"""The settings that contain addresses, and for each the environment variable by which users name the same address."""
 
 
 def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
-    """Reject a recorded sweep that would build anything but foundry's own parts and the user's own."""
+    """Raise an error if a recorded sweep names a class that it must not use."""
     for number, condition in enumerate(sweep.conditions, start=1):
         check_targets(condition.config, trusted, f"condition {number}")
     check_targets({"runner": settings.get("runner", {})}, trusted, "the settings")
 
 
 def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str) -> None:
-    """Reject a recorded configuration that would build anything but foundry's own parts and the user's own.
-
-    Only the user names the user's own folders; no record can name one.
-    """
+    """Raise an error if a recorded configuration names a class that it must not use; the error begins with `where`."""
     trusted = (*trusted, *filter(None, os.environ.get(VARIABLE, "").split(",")))
     for path, value in _entries(config, ()):
         if path[-1] in HYDRAS_OWN and not trusted:
@@ -74,7 +71,7 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
 
 
 def own_packages(sweep: Sweep) -> list[str]:
-    """Return the modules of the classes in a trusted sweep, except foundry's own."""
+    """Return the modules of the classes that a trusted sweep names, except those of foundry."""
     entries = (entry for condition in sweep.conditions for entry in _entries(condition.config, ()))
     packages = dict.fromkeys(str(value).rpartition(".")[0] for path, value in entries if path[-1] == "_target_")
     return [package for package in packages if package and not _is_within(package, ("foundry",))]
@@ -92,7 +89,7 @@ def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
 
 
 def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
-    """Return why a target may not be built at this path of a configuration; "" if it may."""
+    """Return the reason why a target must not be built as a `kind` from these packages; "" if it may be built."""
     own = own_code.own_class(target) if isinstance(target, str) else None
     now = present(target)
     if own is None and not _is_within(now, PACKAGES):
@@ -128,13 +125,13 @@ def check_models(
     typed: Sequence[str] = (),
     recorded: Iterable[Mapping[str, Any]] | None = None,
 ) -> None:
-    """Raise an error if a key of the environment would be sent to a server that only a record names.
+    """Raise an error if a key in the environment would be sent to a server that only a record names.
 
     Args:
-        models: configurations of the models to build.
-        typed: overrides of the user; a base URL in these counts as named by the user.
-        recorded: configurations of all models in the records to which the overrides apply; None if `models` are
-            recorded.
+        models: configurations of the models that will be built.
+        typed: overrides that the user typed; a server in them is named by the user.
+        recorded: configurations of all models in the record that the overrides change; None if `models` come from the
+            record themselves.
     """
     known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", "")), *_configured()}
     own = [override for override in typed if override.partition("=")[0].endswith("base_url")]
@@ -142,13 +139,16 @@ def check_models(
     for variable, url in sorted(reached if recorded is None else reached & _keyed(recorded)):
         if url not in known and not _is_local(url) and not any(url in override for override in own):
             raise InputError(
-                f"The record would send the key in {variable} to '{without_secrets(url)}': set OPENAI_BASE_URL to "
+                f"The record would send the key in {variable} to '{without_secrets(url)}'. Set OPENAI_BASE_URL to "
                 "your own server, or allow this one with --trust-servers."
             )
 
 
 def check_settings(settings: Mapping[str, Any]) -> None:
-    """Reject a cluster, a store or a database that only a record names: it could run code or receive passwords."""
+    """Raise an error if settings use a cluster, a store or a database that only a record names.
+
+    It could run code or receive passwords.
+    """
     for part in ("runner", "cache"):
         for key, value in settings.get(part, {}).items():
             variable = VARIABLES.get(key)
@@ -157,13 +157,13 @@ def check_settings(settings: Mapping[str, Any]) -> None:
             if variable is None or os.environ.get(variable) != value:
                 way_on = f"set {variable} to the same, or " if variable else ""
                 raise InputError(
-                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}): if it is yours, "
+                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}). If that is yours, "
                     f"{way_on}allow it with --trust-servers."
                 )
 
 
 def _configured() -> Iterator[str]:
-    """Yield the base URLs in the user's own defaults and configuration folders."""
+    """Yield the addresses of servers in the user's own defaults and folders."""
     folders = own_code.own_folders()
     for file in (paths.user_config_file(), *(file for folder in folders for file in folder.rglob("*.yaml"))):
         if file.is_file():
@@ -190,7 +190,7 @@ def _urls(base_url: str | Sequence[str]) -> list[str]:
 
 
 def _is_local(url: str) -> bool:
-    """Return whether an address is on this machine or is a file."""
+    """Return whether an address belongs to this machine, or is that of a file."""
     try:
         parts = urlsplit(url if "://" in url else f"//{url}")
         if parts.query or parts.hostname is None:

@@ -1,4 +1,4 @@
-"""Replays recorded runs from their recorded answers and compares every byte; needs no server."""
+"""Replays recorded runs from their recorded answers, without a server, and compares every byte."""
 
 import asyncio
 import contextlib
@@ -45,9 +45,9 @@ from foundry.trust.summaries import (
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
-"""Errors that end a run although its records are complete: only the weights behind its answers are uncertain."""
+"""Errors that end a run after its last step, because other weights may have answered."""
 _CHUNKS = 8
-"""Number of portions of runs per worker."""
+"""Number of portions of runs for each worker."""
 
 
 class Verdict(StrEnum):
@@ -65,10 +65,12 @@ class Verified:
     """The result for one run.
 
     Attributes:
-        verdict: whether its records follow from its answers.
+        run: id of the run.
+        verdict: whether the records follow from the recorded answers.
         lines: number of lines that were compared and are identical.
         calls: number of questions that were asked again and are identical.
-        note: remark on a run that is incomplete, or has other readers or another renderer; "" for none.
+        difference: the first difference; None if there is none.
+        note: remark, such as that the run has not ended; "" if there is none.
     """
 
     run: str
@@ -80,20 +82,14 @@ class Verified:
 
 
 class EndOfRecords(RecordError):
-    """The records of an unfinished run end here."""
+    """The replay has reached the end of the records of an unfinished run."""
 
 
 class Comparer:
-    """Compares an episode's records with the lines of the recorded files."""
+    """Compares the records of a replayed episode with the lines of the recorded files."""
 
     def __init__(self, run: RunFolder, *, ended: bool) -> None:
-        """Read the files.
-
-        Args:
-            run: the recorded run.
-            ended: whether its files are complete; otherwise an incomplete last line is ignored and lines may be
-                missing.
-        """
+        """Read the files of a recorded run; if it has not ended, its last lines may be cut or missing."""
         self._run = run
         self._ended = ended
         self._lines = {name: _lines(run.stream_path(name), whole_only=not ended) for name in _streams(run)}
@@ -103,7 +99,7 @@ class Comparer:
 
     @property
     def compared(self) -> int:
-        """Number of compared lines."""
+        """Number of lines that were compared."""
         return sum(self._next.values())
 
     def append(self, records: Sequence[Record]) -> None:
@@ -117,17 +113,17 @@ class Comparer:
                 self._compare_line(record.stream, _ENCODE(record))
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Count the calls; the asker has already compared them."""
+        """Count the calls, which the asker has already compared."""
         for call in calls:
             self.counts.calls += 1
             self.counts.add_tokens(call)
 
     def frame(self, step: int, png: bytes) -> None:
-        """Compare a picture of the state."""
+        """Compare a picture of the state after a step."""
         self._compare_file(frame_name(step), png)
 
     def check_end(self) -> None:
-        """Check that nothing more was recorded."""
+        """Raise an error if the files have further lines."""
         for name, lines in self._lines.items():
             at = self._next[name]
             if at < len(lines):
@@ -143,7 +139,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines differ only in the renderer; such lines count as equal if the pictures are equal."""
+        """Return whether two lines only differ in the renderer; then they count as equal if the pictures are equal."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None
@@ -156,7 +152,7 @@ class Comparer:
 
 
 def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False) -> Iterator[Verified]:
-    """Yield the result for each run, as soon as it is known."""
+    """Yield the result for each run, as soon as it is known; `frames` says whether to draw stored frames again."""
     if workers == 1:
         yield from _verify_all(runs, frames)
         return
@@ -174,7 +170,7 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
 
 
 def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
-    """Verify some runs in another process; it may have started before the user's own folders were known."""
+    """Verify some runs in another process, which must be told the user's own folders."""
     use(own)
     share_cores(workers)
     wanted = set(ids)
@@ -223,7 +219,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 def _drawn(
     run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
-    """Return the result for a run that differs; if only the renderer differs, a note says so."""
+    """Return the result for a run that differs, with another verdict if only its renderer differs."""
     if drew is None or found.difference is None or not is_of_pictures(found.difference):
         return found
     questions = scenario.start(config["seed"]).pending()
@@ -234,28 +230,24 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return the result for a run that differs; it counts as different unless other readers recorded it."""
+    """Return the result for a run that differs, with another verdict if another version read its replies."""
     readers = _other_readers(summary)
-    read = (
-        *(f"{name}.jsonl" for name in run.streams),
-        CALLS,
-        SWEEP_FILE,
-    )  # differences in reading, or differences that follow from it
-    if not readers or difference.file not in read:
+    may_follow = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # from another reading of replies
+    if not readers or difference.file not in may_follow:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
     try:
         check_digests(run, summary)
     except Departed as departed:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, departed.difference)
     note = (
-        f"was recorded with {readers}, which read replies differently, so it cannot be verified here: its records are "
+        f"was recorded with {readers}. These versions read replies differently, so it cannot be verified here. Its "
+        f"files have not changed since it ended. The first reply that is read differently: {difference.line()}"
     )
-    note += f"the files it ended with, and the first difference in reading is {difference.line()}"
     return Verified(run.id, Verdict.READ_OTHERWISE, lines, calls, note=note)
 
 
 def _other_readers(summary: RunSummary | None) -> str:
-    """Return the recorded and the current readers of a run's replies; "" if they are equal."""
+    """Return a text with the recorded and the present version of the code that reads replies; "" if they are equal."""
     if summary is None:
         return ""
     mending = provenance.MENDING
@@ -266,7 +258,7 @@ def _other_readers(summary: RunSummary | None) -> str:
 
 
 def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:
-    """Replay the episode; return a remark if it did not reach its end."""
+    """Replay an episode and compare it; return a remark if the run did not reach its end, else ""."""
     complete = summary is not None and summary.status == COMPLETE
     try:
         asyncio.run(play(world, asker, comparer, frame_every=every))
@@ -289,7 +281,7 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
 
 
 def _check_status(summary: RunSummary | None) -> None:
-    """Check that an episode that reaches its end is not recorded as failed before the end."""
+    """Raise an error if an episode reaches its end, but its run is recorded as failed before that."""
     if summary is not None and summary.error_type in _AFTER_THE_END:
         return
     # A worker may have crashed at the very end, before it recorded the digests of its files.
@@ -298,7 +290,7 @@ def _check_status(summary: RunSummary | None) -> None:
 
 
 def _check_failure(error: Exception, summary: RunSummary | None) -> None:
-    """Check that an error equals the recorded error of the run."""
+    """Raise an error unless a replay fails with the recorded error of the run."""
     now = (type(error).__name__, str(error) or type(error).__name__)
     then = (summary.error_type, summary.error) if summary is not None else (None, None)
     if now != then:
@@ -315,7 +307,7 @@ def _note(world: Any, summary: RunSummary | None) -> str:
 
 
 def _streams(run: RunFolder) -> tuple[str, ...]:
-    """Return the record files that the recording version knows; with the first readers, there was no file of agents."""
+    """Return the names of the record files to compare; the first versions of foundry had no file of agents."""
     summary = run.summary()
     knew_agents = run.stream_path("agents").exists() if summary is None else summary.readers > 1
     return tuple(name for name in run.streams if knew_agents or name != "agents")
@@ -330,7 +322,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 
 
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
-    """Return the key that differs in a line; the whole line if a line is missing or not JSON."""
+    """Return the first value in a line that differs, or the whole line if it is missing or not JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
     difference = None

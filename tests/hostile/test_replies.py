@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from commands import SMALL, foundry
-from foundry.commands.application import for_screen
+from foundry.commands.printing import for_screen
 from foundry.texts import visible
 from ollama_cases import ChatCase
 from ollama_server import OllamaServer

@@ -1,4 +1,4 @@
-"""Writes a record of each condition for Every Eval Ever; only imported if `jsonschema` is installed."""
+"""Writes the records of Every Eval Ever, one for each condition; this module needs the package `jsonschema`."""
 
 import datetime
 import json
@@ -18,15 +18,15 @@ from foundry.storing.store import write_atomically
 VERSION = "0.3.0"
 LIBRARY = "foundry-worlds"
 _ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
-"""Sampling parameters that the schema has."""
+"""The sampling parameters for which the schema has a field."""
 _UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
 LEFT_OUT = "left_out.json"
-"""The file that lists measures without a record, and why."""
+"""The file that lists the measures without a record, with the reason."""
 _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
-    """Return the record of a condition; its results are the declared measures with a better direction and a value."""
+    """Return the record of a condition, with a result for each declared measure that has a value and a better end."""
     made = _epoch(condition.ended)
     model = model_id(condition)
     first = condition.runs[0].summary
@@ -58,13 +58,13 @@ def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
 
 
 def left_out(scores: Scores) -> dict[str, str]:
-    """Return the declared measures without a result, and why."""
+    """Return, for each declared measure without a result, the reason."""
     reason = "no direction is better: it describes behaviour, but the schema requires a better direction"
     return {one.name: reason for one in scores.measures if not one.better}
 
 
 def model_id(condition: ExportedCondition) -> str:
-    """Return the model's name with its server in front, unless the name already has two parts."""
+    """Return the name of the model, with its kind of server in front, as in "ollama/qwen3:4b"; "a/b" stays "a/b"."""
     if "/" in condition.model:
         return condition.model
     target = str(condition.config["model"]["_target_"]).split(".")
@@ -76,7 +76,7 @@ def _epoch(time: str) -> str:
 
 
 def _texts(values: Mapping[str, Any]) -> dict[str, str]:
-    """Return values as texts, as the schema requires; unknown values are left out."""
+    """Return the values as texts, which the schema requires; values that are None are left out."""
     known = {name: value for name, value in values.items() if value is not None}
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in known.items()}
 
@@ -146,7 +146,7 @@ def _details(condition: ExportedCondition, mean: Mean) -> dict[str, Any]:
 
 
 def _generation(condition: ExportedCondition) -> dict[str, Any]:
-    """Return the sampling parameters, from the first call, since the calls of a model differ only in their seeds."""
+    """Return the sampling parameters of the first call; the other calls of a model only differ in their seeds."""
     call = next((call for run in condition.runs for call in run.calls()), None)
     if call is None:
         return {}
@@ -156,12 +156,12 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a record for each condition with a result, and a file of the measures without a record."""
+    """Write a record for each condition that has a result, and a file that lists the measures without a record."""
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(
-            "No declared measure with a better direction has a value, so there is no record: name measures with "
-            "--family, such as outcome.readable. A probe has none."
+            "No declared measure with a better direction has a value, so there is no record. Name such measures with "
+            "--family, for example outcome.readable. A probe has none."
         )
     missing = left_out(scores)
     write_atomically(folder / LEFT_OUT, _json(missing))
@@ -183,7 +183,7 @@ def _written(condition: ExportedCondition, scores: Scores, folder: Path) -> Path
 
 
 def check(found: dict[str, Any]) -> None:
-    """Validate a record against the published schema."""
+    """Raise an error if a record does not fit the published schema."""
     error = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(_schema()).iter_errors(found))
     if error is not None:
         raise RecordError(f"A record does not fit the schema of Every Eval Ever: {error.json_path}: {error.message}")

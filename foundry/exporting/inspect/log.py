@@ -1,4 +1,4 @@
-"""Writes a condition as a log of Inspect, one span per step; only imported if `inspect_ai` is installed."""
+"""Writes the logs of Inspect, one for each condition; this module needs the package `inspect_ai`."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ from foundry.trust.summaries import COMPLETE
 _MESSAGES = {"system": ChatMessageSystem, "user": ChatMessageUser, "assistant": ChatMessageAssistant}
 _ENDINGS = {"stop": "stop", "length": "max_tokens"}
 _NO_PART = re.compile(r"[^A-Za-z0-9.]")
-"""Characters that are not allowed in the task's part of a file name, since Inspect splits names at underscores."""
+"""Characters that the task's part of a file name must not have, since Inspect splits names at underscores."""
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
-"""The time of all members of an archive: the earliest time that the format allows."""
+"""The time that all members of an archive get: the earliest time that the format allows."""
 
 
 def events(run: ExportedRun) -> Iterator[Event]:
-    """Yield the calls of a run in the order of its log.
+    """Yield the calls of a run as events of Inspect, in the order of its log, with a span for each step.
 
-    The time of every event is the start of the run, because the log of calls has durations but no times.
+    The time of every event is the start of the run, because the log of calls has no times.
     """
     times = {"timestamp": run.summary.started, "working_start": 0.0}
     calls = enumerate(run.calls())
@@ -96,7 +96,7 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
-    """Return an image as sent; if it was not recorded, return its hash as data, so that no model reads it as text."""
+    """Return an image as it was sent; if it was not recorded, return its hash, as data and not as text for a model."""
     found = run.image(sha256)
     if found is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})
@@ -120,7 +120,7 @@ def _output(call: Call, seconds: float | None) -> ModelOutput:
 
 
 def usage(call: Call) -> ModelUsage | None:
-    """Return the tokens of a call; None if its server did not count them."""
+    """Return the numbers of tokens of a call; None if its server did not report them."""
     if call.prompt_tokens is None or call.output_tokens is None:
         return None
     return ModelUsage(
@@ -132,7 +132,7 @@ def usage(call: Call) -> ModelUsage | None:
 
 
 def _metadata(call: Call) -> dict[str, Any]:
-    """Return the facts about a call for which Inspect has no field."""
+    """Return facts about a call for which Inspect has no field."""
     return {
         "step": call.step,
         "agent": call.agent,
@@ -148,7 +148,7 @@ def _metadata(call: Call) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a log of each condition into a folder; equal runs give equal bytes."""
+    """Write a log of each condition into a folder; the same runs always give the same bytes."""
     return Files(tuple(_written(eval_log(condition, scores), folder) for condition in conditions))
 
 
@@ -161,7 +161,7 @@ def _written(log: EvalLog, folder: Path) -> Path:
 
 
 def eval_log(condition: ExportedCondition, scores: Scores) -> EvalLog:
-    """Return a condition as a log: a run is a sample, a call an event, a declared measure a score."""
+    """Return the log of a condition, with a sample for each run, an event for each call, a score for each measure."""
     samples = [_sample(run, scores) for run in condition.runs]
     return EvalLog(
         status="success" if len(samples) == condition.asked else "cancelled",
@@ -235,7 +235,7 @@ def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
 
 
 def _scores(values: Mapping[str, float], measures: Iterable[Measured]) -> dict[str, Score]:
-    """Return the declared measures of a run; undefined measures are included, but do not count in means."""
+    """Return the scores of a run; an undefined measure gets a score that does not count in means."""
     return {
         one.name: Score(value=values[one.name])
         if values[one.name] == values[one.name]
@@ -284,7 +284,7 @@ def _score(measure: Measured, mean: Mean, complete: int) -> EvalScore:
 
 
 def _forget_times(path: Path) -> None:
-    """Write an archive again without the times of its members."""
+    """Rewrite an archive such that it does not contain the times at which its members were written."""
     again = path.with_name(f".{path.name}.part")
     with zipfile.ZipFile(path) as written, zipfile.ZipFile(again, "w") as kept:
         for member in written.infolist():
