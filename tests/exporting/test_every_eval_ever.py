@@ -92,7 +92,7 @@ def test_runs_that_failed_or_have_not_ended_are_counted_and_are_in_no_mean(sweep
 
 def test_a_folder_that_holds_files_is_refused(sweep: SweepFolder, tmp_path: Path):
     (tmp_path / "there").touch()
-    assert "holds files" in exported("eee", "out", str(tmp_path), cwd=sweep.path.parent, code=2)
+    assert "is not empty" in exported("eee", "out", str(tmp_path), cwd=sweep.path.parent, code=2)
 
 
 def test_files_lie_where_the_datastore_has_them_and_are_the_same_every_time(sweep: SweepFolder, tmp_path: Path):
