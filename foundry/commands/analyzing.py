@@ -180,7 +180,7 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
     print(f"{write_preregistration(folder, plan)}  {folder / PREREGISTRATION_FILE}")
     tests = " and ".join(f"{count} of {what}" for what, count in plan.tests.items())
-    print(f"{len(plan.seeds)} seeds; tests: {tests}")
+    print(f"{len(plan.seeds)} seeds, tests: {tests}")
     if note:
         print(note)
     if plan.known:

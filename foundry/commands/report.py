@@ -102,7 +102,7 @@ def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:
     text = page.with_suffix(".md")
     if text == page:
         raise InputError(
-            f"--out {page} would be both the page and its text. Give the page another name, such as {page.stem}.html."
+            f"--out {page} would be both the page and its text: give the page another name, such as {page.stem}.html."
         )
     for path, content in ((page, made.html()), (text, made.markdown())):
         try:

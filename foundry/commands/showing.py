@@ -93,7 +93,7 @@ def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder
     if len(opened) > 1:
         raise InputError(f"One of {len(opened)} folders is a probe. Analyse a probe alone: foundry analyze FOLDER.")
     if any(value for name, value in options.items() if name not in ("family", "only", "without")):
-        raise InputError(f"'{folders[0]}' is a probe, which has no margins, labels or --plots. Leave them out.")
+        raise InputError(f"'{folders[0]}' is a probe, which takes no margins, labels or --plots. Leave them out.")
     return opened[0]
 
 

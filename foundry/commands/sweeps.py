@@ -204,7 +204,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
 
     opened = SweepFolder.open(path)
     if opened.moments_file.exists():
-        raise InputError(f"'{path}' is a probe, and probes have no baselines. Add the policies to its models instead.")
+        raise InputError(f"'{path}' is a probe, and probes have no baselines. Name the policies among its models.")
     check_sweep_targets(opened.sweep, {}, trusted)
     sweep = baselines_of(opened.sweep, policies_of)
     if not sweep.runs:

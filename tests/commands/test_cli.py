@@ -128,7 +128,7 @@ def test_a_folder_that_cannot_be_written_or_holds_other_files_is_left_alone(
     assert "cannot be written to" in complain(capsys, "model=scripted/stay", "output.dir=file/sweep")
     (workspace / "mine").mkdir()
     (workspace / "mine" / "thesis.tex").write_text("precious")
-    assert "files of no sweep" in complain(capsys, "model=scripted/stay", "output.dir=mine")
+    assert "files that are not a sweep" in complain(capsys, "model=scripted/stay", "output.dir=mine")
 
 
 @pytest.mark.slow

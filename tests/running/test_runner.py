@@ -154,7 +154,7 @@ def test_a_cache_in_a_file_and_a_folder_that_a_worker_does_not_see_are_refused_o
 def test_an_address_is_given_and_a_launcher_that_is_not_installed_is_named_with_those_that_are(tmp_path: Path):
     assert "runner.address has no value" in refusal(*SWEEP, "runner=dask", cwd=tmp_path)
     assert "Launcher 'basik' not found. Did you mean 'basic'?" in refusal(*SWEEP, "hydra/launcher=basik", cwd=tmp_path)
-    with pytest.raises(InputError, match="write tcp://head:8786"):
+    with pytest.raises(InputError, match="for example, tcp://head:8786"):
         DaskRunner("head:8786")
 
 

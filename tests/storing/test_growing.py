@@ -247,7 +247,7 @@ def test_what_another_that_begins_the_same_sweep_writes_meanwhile_is_not_foreign
     SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / ".git").mkdir()
-    with pytest.raises(InputError, match="files of no sweep"):
+    with pytest.raises(InputError, match="files that are not a sweep"):
         SweepFolder.create(tmp_path / "other", sweep(condition()), {}, [])
 
 

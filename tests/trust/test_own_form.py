@@ -220,6 +220,6 @@ def test_another_form_than_a_shipped_class_has_is_refused_before_anything_is_rea
 def test_records_that_are_not_of_the_form_that_a_sweep_says_are_not_compared(copied: Path):
     rewrite(copied, lambda content: [one["declared"].update(form="camera") for one in content["conditions"]])
     one, other = (str(run_of(copied, model).path) for model in ("bidder", "miser"))
-    assert "are not of form 'camera', which their sweep declares (KeyError: 'pose')" in refusal(
+    assert "do not have the form 'camera', which their sweep declares (KeyError: 'pose')" in refusal(
         "diff", one, other, cwd=copied
     )

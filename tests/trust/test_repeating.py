@@ -78,7 +78,8 @@ def test_a_plan_counts_the_calls_that_would_be_made_again(tmp_path: Path):
         planned = foundry("plan", *SWEEP, FOUR, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
         off = foundry("plan", *SWEEP, "determinism=0", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
     assert (
-        f"at most {CALLS} calls would be sent\ndeterminism: at most {CALLS + 4} recorded calls would be made" in planned
+        f"at most {CALLS} calls would be sent\ndeterminism check: at most {CALLS + 4} calls would be repeated"
+        in planned
     )
     assert "determinism" not in off
 

@@ -105,7 +105,7 @@ def test_anything_but_a_plain_file_without_a_link_is_refused(kind: bytes, tmp_pa
 def test_the_limit_of_the_command_line_is_in_gib_of_what_is_unpacked(tmp_path: Path):
     files = [("sweep.yaml", bytes(2 << 20))]
     written(tmp_path / "b.tar.zst", archive(manifest(files), files))
-    assert "0.00 GiB are allowed and free: free some space, or raise --limit" in refusal(
+    assert "0.00 GiB are allowed and free. Free some space, or raise --limit" in refusal(
         "unbundle", "b.tar.zst", "--limit", "0.0019", cwd=tmp_path
     )
     assert not (tmp_path / "b").exists()
