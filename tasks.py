@@ -244,10 +244,10 @@ def docs() -> None:
     call("mkdocs", "build", "--strict")
 
 
-def house() -> None:
-    """Print the rooms with their files and lines, and who imports whom."""
+def packages() -> None:
+    """Print the folders of code with their files and lines, and the imports between packages."""
     develop()
-    call("python", "benchmarks/house.py")
+    call("python", "benchmarks/packages.py")
 
 
 COMMANDS: dict[str, Callable[[], None]] = {
@@ -266,7 +266,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "check": check,
     "bench": bench,
     "docs": docs,
-    "house": house,
+    "packages": packages,
 }
 
 

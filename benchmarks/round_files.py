@@ -1,9 +1,10 @@
-"""Counts the project's files that one 2D round and one 3D decision enter, and the calls from one of them into another.
+"""Counts the project's files whose code runs in one 2D round and one 3D decision, and the calls between these files.
 
     python benchmarks/round_files.py [--files]
 
-A scripted model plays each world through `foundry.episode`, recorded as in a run. The script observes ten rounds after
-those that load and build things, and shows the one that enters the most files. The same code gives the same counts.
+A scripted model plays each world through `foundry.episode`, and the records are written as in a run. The script skips
+the first rounds, which load and build things, observes ten rounds, and shows the round in which the code of the most
+files runs. The same code gives the same counts.
 """
 
 import argparse
@@ -36,12 +37,12 @@ ROUNDS = {
     "3D decision": ("world=office", "model=scripted/mumbler", f"model.sentences=['{SENTENCE}']", "seed=0"),
 }
 FIRST, OBSERVED = 3, 10
-"""The first round that is observed, after those that make what is made once; and how many are."""
+"""The first observed round, after the rounds that load and build things, and the number of observed rounds."""
 
 
 @dataclass
 class RoundCounts:
-    """Calls by file in one round, and calls from one file into another."""
+    """Calls in one round, by file, and the number of calls from one file into another."""
 
     calls: Counter[str] = field(default_factory=Counter)
     switches: int = 0
@@ -54,14 +55,14 @@ class Observer:
         self.rounds: list[RoundCounts] = []
 
     def stopping(self) -> bool:
-        """Begin to count a round, or stop the episode after the last; the loop asks before every round."""
+        """Count the next round, or stop the episode after the last one; the episode calls this before every round."""
         self.rounds.append(RoundCounts())
         is_over = len(self.rounds) == FIRST + OBSERVED
         sys.setprofile(self._observe if len(self.rounds) >= FIRST and not is_over else None)
         return is_over
 
     def widest(self) -> RoundCounts:
-        """Return the round that entered the most files; of several, the first."""
+        """Return the first of the rounds in which the code of the most files ran."""
         return max(self.rounds, key=lambda counts: len(counts.calls))
 
     def _observe(self, frame: FrameType, event: str, _: Any) -> None:
@@ -84,7 +85,7 @@ def _own_caller(frame: FrameType) -> FrameType | None:
 
 
 def observed(overrides: Sequence[str], folder: Path) -> RoundCounts:
-    """Play a run up to the last observed round; return the widest."""
+    """Play a run up to the last observed round; return the round with the most files."""
     composed = compose([*overrides, f"output.dir={folder}", f"cache.path='{folder}.sqlite'"])
     assert composed is not None
     sweep = expand(composed.asked, composed.conditions)
@@ -100,7 +101,7 @@ def observed(overrides: Sequence[str], folder: Path) -> RoundCounts:
 
 
 def rows(rounds: dict[str, RoundCounts]) -> Iterator[list[str]]:
-    """Yield the files of each round by their calls, the most first."""
+    """Yield a row per round and file; files with the most calls come first."""
     for name, counts in rounds.items():
         for file, calls in sorted(counts.calls.items(), key=lambda item: (-item[1], item[0])):
             yield [name, Path(file).relative_to(ROOT).as_posix(), f"{calls:,}"]
@@ -109,7 +110,7 @@ def rows(rounds: dict[str, RoundCounts]) -> Iterator[list[str]]:
 def main() -> None:
     """Observe both rounds and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--files", action="store_true", help="list the files, with the calls of each")
+    parser.add_argument("--files", action="store_true", help="list the files with their numbers of calls")
     with_files = parser.parse_args().files
     with scratch() as folder:
         rounds = {name: observed(overrides, folder / name.split()[0]) for name, overrides in ROUNDS.items()}

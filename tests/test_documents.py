@@ -1,4 +1,4 @@
-"""Documents, and the files for containers and for citations, say what the house and the code are."""
+"""Documents, and the files for containers and for citations, agree with the folders and the code."""
 
 import importlib.util
 import re
@@ -20,9 +20,9 @@ from reference_pages import DETAILS, SITE, TABLES, with_list
 ROOT = paths.PACKAGE.parent
 READMES = [ROOT / "tests" / "README.md", ROOT / "foundry" / "viewer" / "README.md"]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "benchmarks").glob("*.md"), *READMES])
-ROOMS = "foundry|analysis|conf|sweeps|assets|benchmarks|hydra_plugins|tests|docs|examples"
-NAMED = re.compile(rf"`((?:{ROOMS})/[\w./-]*)`")
-PATTERN = re.compile(rf"`((?:{ROOMS})/[\w./<>*-]*[<*][\w./<>*-]*)`")
+FOLDERS = "foundry|analysis|conf|sweeps|assets|benchmarks|hydra_plugins|tests|docs|examples"
+NAMED = re.compile(rf"`((?:{FOLDERS})/[\w./-]*)`")
+PATTERN = re.compile(rf"`((?:{FOLDERS})/[\w./<>*-]*[<*][\w./<>*-]*)`")
 WRITTEN = re.compile(r"analysis/[\w-]+\.(?:csv|json|sqlite|parquet|tex|md)|analysis/(?:plots|replay)/?")
 """Files that the analysis writes into a sweep's folder."""
 COMMAND = re.compile(r"(?m)^    foundry (.+?)(?:  +[a-z].*)?$")
@@ -45,13 +45,13 @@ def test_every_file_that_a_document_names_is_there(document: Path):
     assert {one for one in patterns if not any(ROOT.glob(one.rstrip("/")))} == set()
 
 
-def test_the_architecture_names_every_room_and_every_file_at_the_top():
+def test_the_architecture_names_every_folder_and_every_file_at_the_top():
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    house = ROOT / "foundry"
-    rooms = [f"foundry/{one.relative_to(house)}/" for one in (*house.iterdir(), *(house / "worlds").iterdir())
-             if any(one.glob("*.py"))]  # fmt: skip
-    files = [one.name for one in house.glob("*.py") if not one.name.startswith("__")]
-    missing = [one for one in (*rooms, *files) if one not in text]
+    package = ROOT / "foundry"
+    paths_below = (*package.iterdir(), *(package / "worlds").iterdir())
+    folders = [f"{path.relative_to(ROOT).as_posix()}/" for path in paths_below if any(path.glob("*.py"))]
+    files = [file.name for file in package.glob("*.py") if not file.name.startswith("__")]
+    missing = [name for name in (*folders, *files) if name not in text]
     assert missing == []
 
 

@@ -26,13 +26,13 @@ COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
 _NOTHING = 1e-12
 _HEAD = f"""# Validation
 
-Scripted policies play each world, and their results are compared with known ones. This command writes the page, without
-any model:
+Scripted policies play each world, and foundry compares their results with known ones. This command writes the page,
+without any model:
 
     foundry check --known --write benchmarks/known_results.md
 
-`found` is the mean over n seeds with its standard error. It holds if it lies within {Z:g} standard errors and the
-rounding of the known number.
+`found` is the mean over n seeds with its standard error. A result holds if it differs from the known number by at most
+{Z:g} standard errors plus the rounding of this number.
 """
 
 
