@@ -161,7 +161,7 @@ def test_a_secret_shows_itself_nowhere_and_a_placeholder_leaves_replies_alone(mo
 @pytest.mark.parametrize(
     ("tag", "says"),
     [
-        ("openai/", "model=openai/ names no model: write model=openai/<served>."),
+        ("openai/", "model=openai/ does not say which model: write model=openai/<served>."),
         ("openai", "model.served has no value: write model=<backend>/<served>"),
         ("openai/nope", "Model 'nope' not found"),
     ],

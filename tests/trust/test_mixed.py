@@ -36,7 +36,7 @@ def test_shares_and_ids_and_personas_are_exact_and_the_seed_draws_the_rest():
     [
         ("mix/scripted/random@50%+scripted/herd@40%", "the shares add up to 0.9"),
         ("mix/scripted/random@0-1", "no member answers for agents 2, 3"),
-        ("mix/scripted/random", "'scripted/random' is no member"),
+        ("mix/scripted/random", "'scripted/random' is not a member"),
         ("mix/scripted/randam@100%", "Did you mean 'scripted/random'"),
         ("mix/scripted/random@3-1+scripted/stay@100%", "'3-1' is neither"),
         ("mix/scripted/random@gender:robot", "no member answers"),
