@@ -1,6 +1,6 @@
 """Put different language models into the same small world and measure how differently they behave.
 
-The names below are for programs and notebooks; each is imported on first use. See `docs/python.md`.
+The names below are for programs and notebooks; each is imported when it is first used. See `docs/python.md`.
 """
 
 from __future__ import annotations

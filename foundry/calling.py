@@ -1,4 +1,4 @@
-"""Runs sweeps from Python, for example in a notebook: the work of the command without its output."""
+"""Runs sweeps from Python, for example in a notebook; does what the command does, without its output."""
 
 import asyncio
 import threading
@@ -22,9 +22,10 @@ class Ran:
     """The result of a sweep, or of one run.
 
     Attributes:
-        path: its folder, for `foundry.load` and `foundry.analyze`.
-        failed: the runs that are not complete, with their errors, one line each.
-        notes: remarks on its worlds, and on worlds that were left out, one line each.
+        path: folder of the sweep, for `foundry.load` and `foundry.analyze`.
+        complete: number of complete runs.
+        failed: one line with the error of each run that is not complete.
+        notes: remarks on the worlds, and on worlds that were left out, one line each.
     """
 
     path: Path
@@ -37,25 +38,25 @@ def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:
     """Play one run: `foundry.run("model=scripted/random", "seed=3")`.
 
     Args:
-        overrides: arguments after `foundry` on a command line.
+        overrides: arguments as after `foundry` on a command line.
         config_dir: folder of your own worlds, prompts and models, and of their code.
 
     Raises:
-        InputError: something does not exist or does not fit.
+        InputError: a part or a setting does not exist, or does not fit the others.
         SweepStopped: no further run can succeed, for example because the server is gone.
     """
     return _Call().of(_arguments(overrides, config_dir))
 
 
 def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
-    """Run a sweep: `foundry.sweep("model=scripted/random,scripted/stay", "seed=0-9")`; ended runs stay.
+    """Run a sweep: `foundry.sweep("model=scripted/random,scripted/stay", "seed=0-9")`; complete runs are not repeated.
 
     Args:
-        overrides: arguments after `foundry -m` on a command line.
+        overrides: arguments as after `foundry -m` on a command line.
         config_dir: folder of your own worlds, prompts and models, and of their code.
 
     Raises:
-        InputError: something does not exist or does not fit.
+        InputError: a part or a setting does not exist, or does not fit the others.
         SweepStopped: no further run can succeed, for example because the server is gone.
     """
     return _Call().of(["-m", *_arguments(overrides, config_dir)])
@@ -64,12 +65,12 @@ def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
 def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[str]:
     for override in overrides:
         if override.startswith("-"):
-            raise InputError(f"'{override}' is a flag of the command: from Python, use overrides such as seed=3.")
+            raise InputError(f"'{override}' is a flag of the command. From Python, use overrides such as seed=3.")
     return [*overrides, *([] if config_dir is None else ["--config-dir", str(config_dir)])]
 
 
 class _Call:
-    """A sweep run from Python, which can be stopped while it runs in another thread."""
+    """A sweep from Python that can be stopped while it runs in another thread."""
 
     def __init__(self) -> None:
         self._job: SweepJob | None = None
@@ -78,7 +79,6 @@ class _Call:
         return off_the_loop(lambda: self._run(arguments), self.stop)
 
     def stop(self) -> None:
-        """Ask the workers to stop in order, as the first Ctrl-C does."""
         if self._job is not None:
             self._job.stop()
 
@@ -99,11 +99,11 @@ def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
 
 
 def off_the_loop(work: Callable[[], T], stop: Callable[[], None] = lambda: None) -> T:
-    """Do some work in this thread, or in a new thread if an event loop is running, as in a notebook.
+    """Do the work in this thread, or in a new thread if an event loop runs here, as in a notebook.
 
     Args:
-        work: function to call.
-        stop: function that, after an interrupt, asks the work in the thread to end.
+        work: function that does the work and returns its result.
+        stop: function that asks the work in a new thread to end; it is called after Ctrl-C.
     """
     try:
         asyncio.get_running_loop()

@@ -1,8 +1,8 @@
-"""Certainty of a model's decisions, from the log-probabilities of its tokens, and expected shares of decisions.
+"""Computes from log-probabilities how certain a model was of a decision, and how often it would decide each way.
 
 Servers of llama.cpp, vLLM and Ollama report the model's log-probabilities before temperature, filters and grammar. A
-`Sampling` converts them to probabilities of decisions. A server may apply its filters before or after the temperature,
-and may have filters that no request named. All these cases are computed, and their spread is the error.
+`Sampling` converts them to the probabilities of decisions. A server may filter tokens before or after it applies the
+temperature, and may have filters that no request named. All these cases are computed, and their spread is the error.
 """
 
 import math
@@ -13,28 +13,29 @@ from typing import Any, TypeAlias
 from foundry.canary import TokenLogprobs
 
 LEAST_COVERED = 0.95
-"""Minimum total probability of all labels for a decision to count."""
+"""A decision counts only if the probabilities of all labels add up to at least this value."""
 GREATEST_ERROR = 1 - LEAST_COVERED
-"""Maximum accepted error of expected shares, total variation, 0..1."""
+"""Maximum error of expected shares (total variation, 0..1) that is accepted."""
 OPEN = {"top_k": 0, "top_p": 1.0, "min_p": 0.0}
 """Filters that remove no token."""
 STRICTEST = {"top_k": 20, "top_p": 0.8, "min_p": 0.05}
-"""The strictest default filters of servers: llama.cpp, Ollama, and vLLM with the settings of the weights."""
+"""The strictest filters that llama.cpp, Ollama or vLLM (with the settings in the weights) apply by default."""
 NEUTRAL = {
     "presence_penalty": 0, "frequency_penalty": 0, "repeat_penalty": 1, "repetition_penalty": 1, "typical_p": 1,
     "logit_bias": {}, "mirostat": 0, "xtc_probability": 0, "dry_multiplier": 0, "top_n_sigma": -1,
 }  # fmt: skip
-"""Options that change probabilities in ways that cannot be converted, with their neutral values."""
+"""Options whose effect on probabilities cannot be computed here, each with the value that has no effect."""
 Shares: TypeAlias = dict[str, float]
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How tokens are drawn, given their probabilities.
+    """How a server draws a token, given the probabilities of all tokens.
 
     Attributes:
         temperature: 0..1; above 1, the tokens that are not reported could have any share.
-        filters: values of `top_k`, `top_p` and `min_p`; several if the request left one to the server.
+        filters: values of `top_k`, `top_p` and `min_p`. There are two, open and strict, if the request leaves one to
+            the server.
     """
 
     temperature: float
@@ -42,7 +43,7 @@ class Sampling:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> "Sampling | None":
-        """Return the sampling of a call by its recorded parameters; None if it cannot be converted."""
+        """Return how a call draws tokens, by its recorded parameters; None if this cannot be computed."""
         options = {**parameters, **(parameters.get("options") or {})}
         temperature = options.get("temperature")
         is_neutral = all(options.get(name) in (None, value) for name, value in NEUTRAL.items())
@@ -55,7 +56,7 @@ class Sampling:
     def ways(self, place: TokenLogprobs) -> Iterator[Shares]:
         """Yield the probability of each reported token at a position, once for each way to apply the settings.
 
-        These are lower bounds; tokens that are not reported have at most the rest to 1.
+        The values are lower bounds; all tokens that are not reported have together at most the rest up to 1.
         """
         told = sorted({place.token: place.logprob, **place.top}.items(), key=lambda item: -item[1])
         plain = [math.exp(logprob) for _, logprob in told]
@@ -66,7 +67,7 @@ class Sampling:
                 yield dict(zip(names, chances, strict=False))
 
     def _tempered(self, chances: Sequence[float]) -> list[float]:
-        """Return the probabilities of tokens and of the rest at the temperature; the last token bounds the rest."""
+        """Apply the temperature to the probabilities of tokens and, last, of the rest, which the last token bounds."""
         *told, rest = chances
         if not self.temperature:
             return [1.0, *([0.0] * len(told))]
@@ -77,7 +78,7 @@ class Sampling:
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
-    """Return the probabilities of tokens, likeliest first, and of the rest, without filtered tokens."""
+    """Apply the filters to the probabilities of tokens, likeliest first, and of the rest: a filtered token gets 0."""
     *told, rest = chances
     if 0 < filters["top_k"] <= len(told):
         told, rest = told[: int(filters["top_k"])], 0.0
@@ -104,9 +105,9 @@ class Certainty:
 
     Attributes:
         decided: the chosen label.
-        shares: model's probability of each label, among the labels.
-        covered: total probability of the labels, 0..1.
-        expected: expected share of each label with the settings of the call, 0..1.
+        shares: the model's probability of each label, scaled to the sum 1.
+        covered: sum of the model's probabilities of the labels before scaling, 0..1.
+        expected: share of each label that is expected if the call is repeated with its settings, 0..1.
         error: largest possible total variation between the expected and the true shares, 0..1; 1 if nothing is known.
     """
 
@@ -118,12 +119,12 @@ class Certainty:
 
     @property
     def probability(self) -> float:
-        """The probability of the chosen label, among the labels, 0..1."""
+        """The probability of the chosen label, 0..1; the probabilities of all labels add up to 1."""
         return self.shares[self.decided]
 
     @property
     def entropy(self) -> float:
-        """The entropy of the labels, bits."""
+        """The entropy of the probabilities of the labels, bits."""
         return max(0.0, -math.fsum(share * math.log2(share) for share in self.shares.values() if share))
 
 
@@ -134,14 +135,14 @@ def certainty_of(
     labels: Sequence[str],
     sampling: Sampling | None = None,
 ) -> Certainty | None:
-    """Return the certainty of a reply's decision; None if no single token decides.
+    """Return how certain the decision in a reply was; None if no single token decides.
 
     Args:
         text: the reply.
         tokens: tokens of the reply.
-        decided: label read from the reply.
+        decided: the label that the world read from the reply.
         labels: all possible labels.
-        sampling: how tokens are drawn; None if unknown.
+        sampling: how the server draws tokens; None if unknown.
     """
     place = _place(text, tokens, decided)
     return None if place is None else _certainty_at(place, tokens, decided, labels, sampling)
@@ -154,7 +155,6 @@ def _certainty_at(
     labels: Sequence[str],
     sampling: Sampling | None,
 ) -> Certainty | None:
-    """Return the certainty of a decision that begins at a given token; None if no single token decides."""
     number, before = place
     token = tokens[number]
     own = {token.token: token.logprob, **token.top}
@@ -174,7 +174,7 @@ def _certainty_at(
 def foreseen(
     text: str, tokens: Sequence[TokenLogprobs], decided: str, labels: Sequence[str], sampling: Sampling | None
 ) -> Certainty | None:
-    """Return what one reply says about all replies to the same prompt; None if it must be asked again.
+    """Return how often each decision is expected in all replies to a prompt, from one reply; None if this is uncertain.
 
     The text before the decision must be almost certain: after random words, such as a reason, the probabilities hold
     only for these words. The error of the result holds for all replies.
@@ -194,7 +194,7 @@ def foreseen(
 
 
 def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:
-    """Return the index of the token in which a decision begins, and its text before the decision.
+    """Return the index of the token in which a decision begins, and the part of this token before the decision.
 
     The decision must occur in the text exactly once.
     """
@@ -213,7 +213,7 @@ def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[in
 
 
 def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str]) -> Shares:
-    """Return the probability of each label, from the tokens that begin this label and no other."""
+    """Return the probability of each label: the sum over the tokens that begin this label and no other."""
     shares = dict.fromkeys(labels, 0.0)
     for token, chance in chances.items():
         rest = token.removeprefix(before)
@@ -224,7 +224,7 @@ def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str])
 
 
 def _is_followed(rest: str, label: str) -> bool:
-    """Return whether a token contains a whole label and the mark that ends the label."""
+    """Return whether a token contains a whole label and then a mark, such as `go"`."""
     return rest.startswith(label) and not rest[len(label)].isalnum()
 
 

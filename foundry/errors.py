@@ -1,7 +1,7 @@
 """Every error that foundry raises on purpose.
 
 FoundryError
-├── InputError            what the user asked for cannot be done; one clear line, exit code 2
+├── InputError            the user's request cannot be done; one clear line, exit code 2
 │   ├── NotInstalledError     a package is missing that installs with one command
 │   └── HostsDifferError      servers that should be equal have different models under the same name
 ├── RecordError           a recorded file is missing, damaged or of another version
@@ -9,9 +9,9 @@ FoundryError
 └── BackendError          a model's server did not give an answer
     ├── TransientError    worth another try; when the tries are used up, it ends the run
     ├── RequestError      the server refused this request; never tried again, ends the run
-    ├── UnconfirmedError  the server does not say whether it still is what the answers of a run came from; ends the run
+    ├── UnconfirmedError  it is unknown whether the server still has the weights that gave answers; ends the run
     └── ServerError       no request to this server can succeed; ends the sweep
-        └── ModelChangedError   it has other weights under the same name by now
+        └── ModelChangedError   the server has other weights under the same name now
 """
 
 import difflib
@@ -31,7 +31,7 @@ class HostsDifferError(InputError):
 
 
 class NotInstalledError(InputError):
-    """A package is missing."""
+    """A package is missing; `install` is the command that installs it."""
 
     def __init__(self, message: str, install: str) -> None:
         super().__init__(f"{message} {install}")
@@ -47,11 +47,11 @@ class StorageError(FoundryError):
 
 
 class Interrupted(Exception):
-    """An early stop on request; it is not an error, and nothing failed."""
+    """The user asked to stop early; this is not an error, and nothing failed."""
 
 
 class UndeclaredError(FoundryError):
-    """A world wrote a record of a kind that it did not declare; ends the run."""
+    """A world wrote a record that it did not declare; ends the run."""
 
 
 class BackendError(FoundryError):
@@ -64,7 +64,7 @@ class TransientError(BackendError):
     Attributes:
         busy: whether the server is overloaded (503, 429).
         late: whether the server exceeded its time limit.
-        retry_after_s: requested wait, seconds; None if the server did not say.
+        retry_after_s: wait that the server requests, seconds; None if it requests none.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class RequestError(BackendError):
 
 
 class UnconfirmedError(BackendError):
-    """The server does not say whether it still has the weights of an ended run; ends the run."""
+    """It is unknown whether the server still has the weights that gave the answers of a run; ends the run."""
 
 
 class ServerError(BackendError):
@@ -92,8 +92,9 @@ class ModelChangedError(ServerError):
     """A server has other weights under a model's name than at the start of the sweep.
 
     Attributes:
-        keys: keys of the used answers that are no longer trusted.
-        removed: number of answers removed from the cache.
+        how: the change, in words.
+        keys: keys of the answers that were used but may come from the other weights.
+        removed: number of answers that were deleted from the cache.
     """
 
     def __init__(self, message: str, how: str, keys: Iterable[str], removed: int) -> None:
@@ -104,7 +105,7 @@ class ModelChangedError(ServerError):
 
 
 def not_found(what: str, asked: str, available: Iterable[str], hint: str = "") -> InputError:
-    """Return the error for an unknown name, with the closest match and the available names."""
+    """Return the error for a name that does not exist, with the closest name and all names that exist."""
     names = sorted(set(available))
     close = difflib.get_close_matches(asked, names, n=1, cutoff=0.5)
     parts = [f"{what} '{asked}' not found."]

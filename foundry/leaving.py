@@ -1,4 +1,4 @@
-"""Computes the earliest departures of agents through exits with limited capacity, for oracles and bounds."""
+"""Computes how soon agents can leave through exits of limited capacity, for oracles and upper bounds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,23 +9,23 @@ FAR = 1 << 40
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """The departure of an agent: index of the exit, and step."""
+    """When and where an agent leaves: the index of the exit, and the step."""
 
     exit: int
     step: int
 
 
 class _Doorway:
-    """Matches agents to places in doorways; a place is an exit, a step, and a number below the exit's capacity."""
+    """Assigns agents to places in exits; a place is an exit and a step, as often as the capacity of the exit."""
 
     def __init__(self, distances: Sequence[Sequence[int]]) -> None:
         self._distances = distances
         self.departures: dict[int, Departure] = {}
 
     def fill(self, place: Departure) -> bool:
-        """Give a place to an agent; if the agent already has a place, that place goes to another agent, and so on.
+        """Give a place to an agent. If this agent has a place already, another agent gets that one, and so on.
 
-        The search is breadth-first. An agent who can use a step of an exit can also use every later step.
+        The search is breadth-first. An agent that can leave by an exit in some step can do so in every later step.
         """
         offers: list[tuple[Departure, int | None]] = [(place, None)]
         moves: dict[int, tuple[Departure, int | None]] = {}
@@ -46,14 +46,14 @@ class _Doorway:
         return False
 
     def _shift(self, agent: int, moves: Mapping[int, tuple[Departure, int | None]]) -> None:
-        """Move each agent of a chain; `moves` has an agent's new place and the agent who gives it up."""
+        """Move each agent of a chain to its new place; `moves` contains this place and the agent that gives it up."""
         mover: int | None = agent
         while mover is not None:
             self.departures[mover], mover = moves[mover]
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
-    """Return the departures that maximise the number of agents outside at every step, if agents never obstruct others.
+    """Return departures with as many agents outside as possible at every step, if agents do not obstruct each other.
 
     An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
     together are a matroid (Edmonds and Fulkerson 1965). So filling places in the order of steps is optimal for every
@@ -64,7 +64,7 @@ def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[
         capacities: agents that each exit lets out per step, None for any number, (E,).
 
     Returns:
-        By agent; None for an agent without a way out.
+        The departure of each agent; None for an agent without a way out.
     """
     able = sum(min(own, default=FAR) < FAR for own in distances)
     doorway, step = _Doorway(distances), 0

@@ -1,4 +1,4 @@
-"""The paths of foundry's shipped files: in the wheel, else in the clone."""
+"""The paths of the files that foundry ships, and of its files in a user's home."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).resolve().parent
 
 
 def shipped(name: str) -> Path:
-    """Return the folder `name` in the installed wheel, else in the clone."""
+    """Return a folder that foundry ships: in the installed wheel, else in the clone."""
     packaged = PACKAGE / name
     return packaged if packaged.is_dir() else PACKAGE.parent / name
 
@@ -20,32 +20,32 @@ def conf_dir() -> Path:
 
 
 def sweeps_dir() -> Path:
-    """Return the folder with the files of named sweeps."""
+    """Return the folder with the sweeps that have a name, such as `+sweep=first`."""
     return shipped("sweeps")
 
 
 def scene_cache_dir() -> Path:
-    """Return the folder of computed data about scenes: FOUNDRY_SCENE_CACHE, else in the user's cache."""
+    """Return the folder for data computed from scenes: FOUNDRY_SCENE_CACHE, else in the user's cache."""
     folder = os.environ.get("FOUNDRY_SCENE_CACHE")
     return Path(folder) if folder else Path(platformdirs.user_cache_dir("foundry")) / "scenes"
 
 
 def weights_cache_file() -> Path:
-    """Return the file of computed hashes of weights: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
+    """Return the file for the hashes of local weights: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
     file = os.environ.get("FOUNDRY_WEIGHTS_CACHE")
     return Path(file) if file else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
 
 
 def user_config_file() -> Path:
-    """Return the file of the user's own defaults, which may not exist."""
+    """Return the file of the user's own defaults; it may not exist."""
     return Path(platformdirs.user_config_dir("foundry", appauthor=False)) / "config.yaml"
 
 
 def shipped_parts() -> Path:
-    """Return the folder of templates for your own parts."""
+    """Return the folder with the templates of `foundry new`."""
     return PACKAGE / "new_parts"
 
 
 def assets_dir() -> Path:
-    """Return the folder of the shipped scenes."""
+    """Return the folder with the shipped scenes."""
     return shipped("assets")

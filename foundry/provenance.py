@@ -1,4 +1,4 @@
-"""Versions of software and the commit behind a record."""
+"""The versions of software, and the commit of foundry, with which a record was made."""
 
 import importlib.metadata
 import platform
@@ -12,10 +12,10 @@ MENDING = "json-repair"
 """The package that repairs broken replies."""
 
 PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib", MENDING)
-"""Packages that can change a record or a frame by their version."""
+"""Packages of which another version may change a record or a frame."""
 
 READERS = 4
-"""Version of the code that reads replies, in any world; increase it when the code reads any reply differently."""
+"""Version of the code that reads replies; increase it if the code of any world reads any reply differently."""
 
 
 @lru_cache(maxsize=1)
@@ -30,16 +30,7 @@ def git_commit() -> str | None:
     """Return the commit of foundry's clone, marked `-dirty` if files have changed; None outside a clone."""
     if not (PACKAGE.parent / ".git").exists():
         return None
-    command = [
-        "git",
-        "-C",
-        str(PACKAGE.parent),
-        "describe",
-        "--always",
-        "--dirty",
-        "--abbrev=40",
-        "--exclude=*",
-    ]
+    command = ["git", "-C", str(PACKAGE.parent), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
     except (OSError, subprocess.SubprocessError):

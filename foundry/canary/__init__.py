@@ -1,6 +1,6 @@
-"""The canary of a server: its answers to a fixed set of short greedy calls, which identify its weights.
+"""The canary of a server: its answers to a fixed set of short, greedy calls, which identify its weights.
 
-`foundry/models/canaries.py` asks; this module compares the answers.
+`foundry/models/wrappers/canaries.py` makes the calls; this module compares the answers.
 """
 
 import hashlib
@@ -19,23 +19,23 @@ PROMPTS = (
     "How do you feel about rain?",
 )
 TOKENS = 16
-"""Length of each reply."""
+"""Length of each reply, tokens."""
 LIKELIEST = 5
 """Number of log-probabilities per token."""
 PLACES = 4
-"""Number of tokens of a reply for which log-probabilities are compared."""
+"""Number of first tokens of a reply whose log-probabilities are compared."""
 MARK = "~"
-"""Separator in a digest between the first digest and the mark of further weights, which have other keys of answers."""
+"""Separates the digest of the first weights and the mark of later weights, so that these have other keys of answers."""
 DIGITS = 4
 """Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
-"""Mean difference of log-probabilities: weights are the same up to the first value, different above the second."""
+"""Mean difference of log-probabilities. Weights are the same up to the first value, different above the second."""
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
-"""Share of common likeliest tokens: weights are the same from the first value on, different below the second."""
+"""Share of likeliest tokens in common. Weights are the same from the first value on, different below the second."""
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
-"""Share of the common beginning of texts, for servers without log-probabilities: from the first value on the weights
-are the same, below the second different. `benchmarks/bench_llama.py` measures all six values; docs/models.md shows the
-results.
+"""Share of a text that another text begins with too, for servers without log-probabilities. Weights are the same from
+the first value on, different below the second. `benchmarks/bench_llama.py` measures all six values; docs/models.md
+shows the results.
 """
 
 
@@ -48,11 +48,11 @@ class Verdict(StrEnum):
 
 
 class TokenLogprobs(msgspec.Struct, frozen=True):
-    """A token of a reply.
+    """A token of a reply, with its log-probability.
 
     Attributes:
         logprob: natural logarithm of the token's probability.
-        top: log-probabilities of the likeliest tokens at this position.
+        top: log-probabilities of the likeliest tokens at this position, by token.
     """
 
     token: str
@@ -61,11 +61,11 @@ class TokenLogprobs(msgspec.Struct, frozen=True):
 
 
 class Sign(msgspec.Struct, frozen=True, kw_only=True):
-    """The reply to one prompt of the canary.
+    """The reply to one prompt of a canary.
 
     Attributes:
-        text: the reply, with its thinking first.
-        tokens: its first tokens; empty if the server reports none.
+        text: the thinking and the reply.
+        tokens: the first tokens of the reply; empty if the server reports none.
     """
 
     text: str
@@ -73,18 +73,18 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, text: str, tokens: Sequence[TokenLogprobs]) -> "Sign":
-        """Return the recorded part of a reply."""
+        """Return the part of a reply that is recorded."""
         return cls(text=text, tokens=tuple(map(_rounded, tokens[:PLACES])))
 
 
 class Canary(msgspec.Struct, frozen=True, kw_only=True):
-    """A run's facts about the weights behind its answers (`canaries` in `run.json`).
+    """What a run records about the weights that gave its answers (`canaries` in `run.json`).
 
     Attributes:
-        signs: replies of the weights behind the cached answers, in the order of the prompts.
+        signs: canary of the weights that gave the cached answers, in the order of the prompts.
         calls: canary calls of the run's worker until the run ended; 0 if all answers came from the cache.
-        verdict: worst verdict of these calls compared with `signs`; null without calls.
-        distance: distance behind the verdict, in words.
+        verdict: worst verdict when these calls were compared with `signs`; null without calls.
+        distance: the distance that led to the verdict, in words.
     """
 
     model: str
@@ -95,18 +95,19 @@ class Canary(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def short(self) -> str:
-        """A word for the replies' texts."""
+        """A short hash of the texts of the replies."""
         return short_of(self.signs)
 
 
 @dataclass(frozen=True)
 class Distance:
-    """The distance of two canaries.
+    """How much two canaries differ.
 
     Attributes:
-        gap: mean difference of the log-probabilities of common tokens; None if not reported.
-        shared: share of common likeliest tokens, 0 to 1; None if not reported.
-        text: mean length of the common beginning / length of the longer text, 0 to 1; None if one text is always empty.
+        gap: mean difference of the log-probabilities of tokens that both list; None if not reported.
+        shared: share of the likeliest tokens that both list, 0 to 1; None if not reported.
+        text: length of the common beginning of two texts, divided by the length of the longer one, as a mean over the
+            prompts, 0 to 1; None if one text is always empty.
     """
 
     gap: float | None
@@ -115,7 +116,7 @@ class Distance:
 
     @classmethod
     def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
-        """Compare the replies to the same prompts; of the tokens, only those after equal text."""
+        """Compare the replies to the same prompts. Tokens are compared only while the text before them is equal."""
         pairs = list(zip(first, second, strict=True))
         places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]
         gaps = [abs(one.top[token] - other.top[token]) for one, other in places for token in _shared(one, other)]
@@ -125,12 +126,12 @@ class Distance:
 
     @property
     def order(self) -> tuple[int, float, float]:
-        """A number that is larger if different weights are more likely."""
+        """Numbers by which distances are sorted: the larger they are, the more likely the weights differ."""
         return list(Verdict).index(self.verdict), self.gap or 0.0, -(self.text or 0.0)
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict on the distance, by log-probabilities if they are reported."""
+        """Whether the weights are the same, by log-probabilities if they are reported, else by the texts."""
         if self.shared is None:
             return Verdict.UNDECIDED if self.text is None else _judged(self.text, SAME_TEXT, OTHER_TEXT)
         by_shared = _judged(self.shared, SAME_SHARED, OTHER_SHARED)
@@ -145,12 +146,12 @@ class Distance:
 
 
 def listed(digest: str) -> str:
-    """Return the digest from the server itself, without the mark of a canary."""
+    """Return the digest of the first weights, without the mark of later weights."""
     return digest.partition(MARK)[0]
 
 
 def short_of(signs: Sequence[Sign]) -> str:
-    """Return a word for the texts of a canary; equal texts have equal words."""
+    """Return a short hash of the texts of a canary."""
     return hashlib.sha256(msgspec.json.encode([sign.text for sign in signs])).hexdigest()[:8]
 
 
@@ -166,7 +167,7 @@ def _judged(value: float, same_from: float, other_below: float) -> Verdict:
 def _same_context(
     first: Sequence[TokenLogprobs], second: Sequence[TokenLogprobs]
 ) -> Iterator[tuple[TokenLogprobs, TokenLogprobs]]:
-    """Yield the positions in two replies up to their first difference."""
+    """Yield the pairs of tokens at the same position, up to the first pair that differs."""
     for one, other in zip(first, second, strict=False):
         if one.top and other.top:
             yield one, other

@@ -1,1 +1,1 @@
-"""From a command line to a checked sweep and its plan."""
+"""Turns a command line into a checked sweep, and makes its plan."""

@@ -1,4 +1,4 @@
-"""The scripted baselines of a sweep, on its worlds and seeds; a model's behaviour is compared with them."""
+"""Makes the sweep of baselines: scripted policies in the same worlds, with which models are compared."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -17,17 +17,17 @@ from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")
-"""The blind policies; a world uses the first that can act in it."""
+"""Policies that ignore what they see; a world uses the first that can act in it."""
 BOUNDS = ("scripted/stay", "scripted/oracle")
-"""The idle policy and the oracle; a world uses each that can act in it."""
+"""The policy that does nothing, and the oracle; a world uses each that can act in it."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
 def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -> Sweep:
-    """Return the sweep of baselines: every world of the given sweep, with all its seeds there.
+    """Return the sweep of baselines, which play every world of a sweep with all seeds that the world has there.
 
-    Scripted policies read no prompt, so each world has only its first prompt of the sweep. A policy that the sweep
-    itself compares is left out, since it already has runs. A world may name its policies (`baselines`). Otherwise they
+    Scripted policies read no prompt, so each world gets only its first prompt of the sweep. A policy that the sweep
+    itself compares is left out, since it already has runs. A world may name its baselines (`baselines`). Otherwise they
     are one of `NULLS`, and all of `BOUNDS` that can act in it. The policies with which a world's score is compared are
     always included.
     """
@@ -42,7 +42,7 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
 
 @dataclass(frozen=True)
 class Stage:
-    """A world in which policies may act, with the seed of one of its runs."""
+    """A world for which baselines are chosen, with the seed of one of its runs."""
 
     scenario: Scenario
     seed: int
@@ -53,9 +53,11 @@ class Stage:
         return tuple(first_questions(self.scenario, self.seed))
 
     def check(self, model: Model) -> None:
-        """Reject a policy that cannot act in the world."""
+        """Raise an error if a policy cannot act in the world."""
         if model.costs:
-            raise InputError(f"'{model.name}' cannot be a baseline, because its calls cost. Baselines are policies.")
+            raise InputError(
+                f"'{model.name}' cannot be a baseline, because its calls cost something. Name a scripted policy."
+            )
         missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]
         if missing:
             raise InputError(
@@ -77,7 +79,6 @@ class Stage:
 def _conditions(
     conditions: list[Condition], compared: set[str], known_policies: Callable[[str], Sequence[str]]
 ) -> Iterator[Condition]:
-    """Yield a condition of one world for each of its baselines."""
     first = conditions[0]
     seeds = tuple(sorted({seed for condition in conditions for seed in condition.seeds}))
     stage = Stage(scenario_of(first.config), seeds[0])
@@ -94,13 +95,12 @@ def _conditions(
 
 
 def _suited(stage: Stage) -> list[dict[str, Any]]:
-    """Return the baselines of a world that does not name any."""
     nulls, bounds = ([one for one in map(_model, names) if stage.suits(build(one))] for names in (NULLS, BOUNDS))
     return [*nulls[:1], *bounds]
 
 
 def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
-    """Return the baselines with the given names; each must be able to act in the world."""
+    """Return the configurations of the named baselines; each must be able to act in the world."""
     models = [_model(name) for name in names]
     for model in models:
         stage.check(build(model))
@@ -108,19 +108,19 @@ def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
 
 
 def _model(name: str) -> dict[str, Any]:
-    """Return the configuration of a policy, from a user's own folder or else from foundry's."""
     folders = [folder / "model" for folder in (*own_code.own_folders(), paths.conf_dir())]
     places = [folder / f"{name}.yaml" for folder in folders] if _NAME.fullmatch(name) else []
     file = next((place for place in places if place.is_file()), None)
     if file is None:
         known = [one.relative_to(folder).with_suffix("") for folder in folders for one in folder.rglob("*.yaml")]
-        hint = "Your own policies lie in the folder model/ of --config-dir."
+        hint = "Your own policies are in the folder model/ of --config-dir."
         raise not_found("Baseline", name, [one.as_posix() for one in known], hint)
     text = file.read_text(encoding="utf-8")
     config = load_plain(text, file)
     if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config or "${" in text:
         raise InputError(
-            f"Baseline '{name}' cannot be used: {file} must have a name, and neither defaults nor references."
+            f"Baseline '{name}' cannot be used: {file} must have a `name`, and neither `defaults` nor references "
+            "such as ${seed}."
         )
     found: dict[str, Any] = with_public_names(config)
     return found

@@ -1,4 +1,4 @@
-"""Begins a part of a user's own: writes files that run as they are, from the templates in `foundry/new_parts/`."""
+"""Writes the first files of a part of your own, from the templates in `foundry/new_parts/`; they run as they are."""
 
 import importlib.util
 import keyword
@@ -12,21 +12,21 @@ from foundry.composing.names import check_own_name
 from foundry.errors import InputError, StorageError, not_found
 
 _NAME, _CLASS = "part_name", "PartName"
-"""Placeholders in the files for the name of the part and of its class."""
+"""Placeholders in the templates: for the name of the part, and for the name of its class."""
 _TRY_IT = "try_it.txt"
 _PLAIN = re.compile(r"[a-z][a-z0-9_]{0,59}")
 
 
 @dataclass(frozen=True)
 class Begun:
-    """The written files, and a command that runs them."""
+    """The files that were written, and a command that runs them."""
 
     files: tuple[Path, ...]
     try_it: str
 
 
 def begin(kind: str, name: str, into: Path) -> Begun:
-    """Write the files of a part: a world, a signature, a prompt, a model, a policy, an edit or a form."""
+    """Write the files of a new part: a world, signature, prompt, model, policy, edit or form."""
     patterns = paths.shipped_parts()
     kinds = [folder.name for folder in patterns.iterdir() if (folder / _TRY_IT).is_file()]
     if kind not in kinds:
@@ -50,7 +50,6 @@ def begin(kind: str, name: str, into: Path) -> Begun:
 
 
 def _written(pattern: Path, name: str, into: Path) -> Iterator[tuple[Path, str]]:
-    """Yield each file of a part and its text."""
     for source in sorted(pattern.rglob("*.*")):
         if source.suffix in (".py", ".yaml", ".js"):
             text = source.read_text(encoding="utf-8")
@@ -64,9 +63,9 @@ def _named(text: str, name: str, into: Path) -> str:
 
 
 def _check_name(name: str, modules: list[Path]) -> None:
-    """Reject a name that no module can have, or that another module has, since that would be imported instead."""
+    """Reject a name that no module can have, or that another module has, which Python would import instead."""
     if not _PLAIN.fullmatch(name) or keyword.iskeyword(name):
-        raise InputError(f"A name has small letters, digits and _, such as el_farol; got '{name}'.")
+        raise InputError(f"A name must have small letters, digits and _, such as el_farol; got '{name}'.")
     for module in modules:
         spec = importlib.util.find_spec(module.stem)
         if spec is not None and module.suffix == ".py":

@@ -1,4 +1,4 @@
-"""Composes the conditions of a command line by Hydra; Hydra's errors become one clear line."""
+"""Lets Hydra compose the conditions of a command line, and turns Hydra's errors into one clear line."""
 
 import argparse
 import contextlib
@@ -19,9 +19,9 @@ from foundry.naming import format_of
 from foundry.texts import one_line
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
-"""The keys of a condition; the other keys say where and how it runs."""
+"""The keys that belong to a condition; the other keys say where and how it runs."""
 _TAKEN_UP = ("seed", "schema")
-"""Keys that have no meaning alone: other parts refer to them, or they multiply runs."""
+"""Keys that are no settings themselves: other parts refer to them, or they multiply runs."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
@@ -30,18 +30,18 @@ _INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
 
 @dataclass(frozen=True)
 class Composed:
-    """A composed command line.
+    """The result of composing a command line.
 
     Attributes:
-        conditions: the points of the sweep, each with its seeds.
+        asked: the command line, with the choices of the user's own defaults that apply; `sweep.yaml` records it.
+        conditions: the conditions of the sweep, each with its seeds.
         settings: the keys that say where and how to run: cache, record, output, runner, analyze.
         first: the configuration that Hydra composed for the first condition.
-        launch: lets one of Hydra's launchers call a function in a job for each list of overrides; None without a
-            launcher.
+        launch: function that runs jobs by one of Hydra's launchers; None if no launcher is named.
         defaults: the user's own defaults.
-        chosen: the choices of these defaults that apply, as overrides; they are recorded in the request.
-        choices: option of each group in the first condition.
-        left_out: a line on worlds of a named sweep that are left out because a package is missing; "" without any.
+        chosen: the choices of these defaults that apply, as overrides.
+        choices: the chosen option of each group in the first condition.
+        left_out: a sentence on the worlds of a named sweep that need a missing package; "" if none do.
     """
 
     asked: tuple[str, ...]
@@ -56,12 +56,12 @@ class Composed:
 
     @property
     def sweep(self) -> Sweep:
-        """The sweep with its runs."""
+        """The sweep with all its runs."""
         return expand(self.asked, self.conditions)
 
     @property
     def multirun(self) -> str:
-        """Hydra's configuration of the sweep as YAML."""
+        """The configuration that Hydra composed first, as YAML."""
         from omegaconf import OmegaConf
 
         return OmegaConf.to_yaml(self.first, resolve=False)
@@ -71,7 +71,7 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
     """Compose the arguments of `foundry`.
 
     Returns:
-        The conditions, or None if Hydra answered one of its own flags (`--cfg`, `--info`, `--hydra-help`).
+        The conditions; None if Hydra answered one of its own flags (`--cfg`, `--info`, `--hydra-help`) instead.
     """
     argv = [named_formats(arg) for arg in own_code.folders_last(argv)]
     flags, overrides = _flags_and_overrides(argv)
@@ -96,12 +96,12 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
         raise InputError(f"{_explained(error, argv, folders)}{defaults.hint(str(error))}") from error
     except RecursionError as error:  # Hydra raises this if files include each other in a cycle
         raise InputError(
-            "A configuration file includes itself, perhaps by way of others: look at `defaults` in your own files."
+            "A configuration file includes itself, perhaps by way of others. Correct `defaults` in your own files."
         ) from error
 
 
 def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the flags and their values, without folders, and the overrides."""
+    """Split a command line into flags with their values, without --config-dir, and overrides."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     parser.add_argument("overrides", nargs="*")
     parser.add_argument(*_MULTIRUN, "--hydra-help", "--resolve", action="store_true")
@@ -112,7 +112,7 @@ def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
     try:
         found, unknown = parser.parse_known_intermixed_args(argv)
     except argparse.ArgumentError as error:
-        raise InputError(f"{error}: the command with --help lists its options.") from error
+        raise InputError(f"{error}. The command with --help lists its options.") from error
     if unknown:
         raise InputError(f"Unknown option '{unknown[0]}'. The command with --help lists its options.")
     folders = 2 * len(list(own_code.config_dirs(argv)))
@@ -122,7 +122,7 @@ def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
         raise InputError("--cfg and --info show one run: leave out -m.")
     ranges = [arg for arg in argv if has_range(arg)]
     if ranges and not multirun and not any(arg.startswith("+sweep=") for arg in argv):
-        raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
+        raise InputError(f"'{ranges[0]}' asks for several runs. Add -m, as in: foundry -m {' '.join(argv)}")
     return flags, found.overrides
 
 
@@ -135,7 +135,7 @@ def _existing_folders(argv: Sequence[str]) -> list[Path]:
 
 
 def _check_groups(argv: Sequence[str]) -> None:
-    """Reject a choice in a group of configurations that is not a name, at which Hydra would print a traceback."""
+    """Reject the choice of an option that is no name, such as `world=7`: Hydra would print a traceback."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.core.override_parser.types import Override, QuotedString, Transformer
 
@@ -180,12 +180,11 @@ def _composed(argv: Sequence[str], points: Sequence[Point], launch: Launch | Non
 
 
 def _shipped_groups() -> set[str]:
-    """Return the names of the shipped groups of configurations."""
     return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
 
 
 def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds of a named sweep that need a missing package, and a line on them."""
+    """Return the worlds of a named sweep that need a missing package, and a sentence on them."""
     if not any(arg.startswith("+sweep=") for arg in argv) or "world" in overridden(argv):
         return frozenset(), ""
     from foundry.composing.preflight import worlds_left_out
@@ -196,7 +195,7 @@ def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) 
 
 
 def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the configuration, or the given keys of it, with interpolations resolved."""
+    """Return the configuration, or only some of its keys, with references resolved."""
     from omegaconf import OmegaConf
 
     return {
@@ -208,7 +207,7 @@ def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def _conditions(point: Point, config: dict[str, Any], keys: Sequence[str]) -> list[Condition]:
-    """Return the condition with all its seeds, or one condition per seed if the configuration refers to the seed."""
+    """Return one condition with all seeds; or one for each seed, if the configuration refers to the seed."""
     check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (point.seeds or [config["seed"]]))
     if config["sampling_seed"] is not None:
@@ -229,13 +228,12 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a condition, with only its chosen baselines."""
     parts = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
     return {key: value for key, value in parts.items() if key != "baselines" or value is not None}
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
-    """Return the keys of overrides that have more than one value in the sweep, in their order."""
+    """Return the keys of the overrides that have more than one value in the sweep."""
     values: dict[str, set[str]] = {}
     for condition in overrides:
         for override in condition:
@@ -245,14 +243,14 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
     for key in swept:
         if re.split(r"[.@/]", key)[0] not in _SWEPT_ONLY:
             raise InputError(
-                f"'{key}' cannot be swept, since it does not change what a run is: "
-                f"give it one value. You can sweep seed, {', '.join(_SWEPT_ONLY)} and the keys below them."
+                f"'{key}' cannot have several values, since it does not change the behaviour in a run. You can sweep "
+                f"seed, {', '.join(_SWEPT_ONLY)} and the keys below them."
             )
     return swept
 
 
 def _value(config: Mapping[str, Any], key: str) -> Any:
-    """Return the value of a swept key in a composed configuration; for a group, the name of its option."""
+    """Return the value of a swept key in a configuration; for a group, the name of the chosen option."""
     if key == FORMAT:
         return format_of(config["prompt"])
     value: Any = config
@@ -266,12 +264,11 @@ def _value(config: Mapping[str, Any], key: str) -> Any:
 def _seed(name: str, value: Any) -> int:
     text = str(value)
     if isinstance(value, bool) or not re.fullmatch(r"\d{1,18}", text):
-        raise InputError(f"{name}={text} is not a seed: give a whole number from 0, or -m {name}=0-9 for a range.")
+        raise InputError(f"{name}={text} is not a seed. Use a whole number from 0, or -m {name}=0-9 for a range.")
     return int(text)
 
 
 def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return one line about the error in the command line."""
     from hydra.errors import MissingConfigException, OverrideParseException
     from omegaconf.errors import MissingMandatoryValue
 
@@ -280,18 +277,18 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
         return _unknown_config(error.missing_cfg_file, error.options or ())
     if isinstance(error, OverrideParseException):
         if Path(str(error.override)).is_dir():
-            return InputError(f"'{error.override}' is a folder: name it as output.dir={error.override}")
+            return InputError(f"'{error.override}' is a folder. To write into it, use output.dir={error.override}")
         return InputError(
-            f"'{error.override}' cannot be read: write key=value, and quote a value with special characters."
+            f"'{error.override}' cannot be read. Write key=value, with quotes around a value with special characters."
         )
     if "add --multirun" in message or "Ambiguous value" in message:
         quoted = re.search(r"'([^']*)'", message)
-        return InputError(f"'{quoted[1] if quoted else ''}' names several values: add -m to run them all.")
+        return InputError(f"'{quoted[1] if quoted else ''}' has several values. Add -m to run them all.")
     causes = " ".join(str(cause) for cause in (error, error.__cause__) if cause is not None)
     if isinstance(error, MissingMandatoryValue):
         return _open_setting(str(error.full_key))
     if there := re.search(r"An item is already at '([^']*)'", causes):
-        return InputError(f"Setting '{there[1]}' exists already: leave out the + before it.")
+        return InputError(f"Setting '{there[1]}' exists already. Leave out the + before it.")
     key = re.search(r"full_key: (\S+)", causes)
     if key and ("not in struct" in causes or "Could not override" in causes):
         return _unknown_key(key[1], argv, folders)
@@ -299,14 +296,13 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
 
 
 def _open_setting(key: str) -> InputError:
-    """Return the error for a setting that its file leaves open; the text after a backend's name may fill it."""
+    """Return the error for a setting without a value; for a model, the text after the backend may give it."""
     group, _, name = key.rpartition(".")
     way = f"write {group}=<backend>/<{name}>, or" if group == "model" else "give it a value:"
     return InputError(f"{key} has no value: {way} {key}=...")
 
 
 def _unknown_config(file: str, options: Sequence[str]) -> InputError:
-    """Return the error for an unknown configuration of a group, with the existing ones."""
     group, _, name = file.rpartition("/")
     if "/" not in group:
         listed = options or [path.stem for path in (paths.conf_dir() / group).glob("*.yaml")]
@@ -319,7 +315,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return the error for a setting that no condition has, or not every condition, with the settings next to it."""
+    """Return the error for a setting that no condition has, or only some, with the settings that exist there."""
     groups = _shipped_groups()
     keys = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [
@@ -340,7 +336,6 @@ def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> Inpu
 
 
 def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str, Any]) -> InputError:
-    """Return the error for a setting that some conditions have, but not this one."""
     role = key.partition(".")[0]
     having = next(one for one in configs if key in _siblings(one, key))
     return InputError(
@@ -350,7 +345,7 @@ def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str
 
 
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the settings at the level of a missing setting."""
+    """Return the settings at the level of a missing setting, such as `world.agents` for `world.agent`."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

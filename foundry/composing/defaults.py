@@ -1,7 +1,7 @@
-"""A user's own defaults: the parts of a run if none are named, and where and how it runs.
+"""A user's own defaults: the parts of a run that the command line does not name, and where and how it runs.
 
-Parts and settings of the primary configuration are put into a copy of this configuration. So a named sweep, the choices
-of a world and the command line replace them. Settings of runners and servers are put into the composed configuration.
+Defaults for the primary configuration (`conf/config.yaml`) are written into a copy of it. So a named sweep, the choices
+of a world and the command line replace them. Defaults for runners and servers are set in the composed configuration.
 """
 
 from collections.abc import Iterator, Mapping, Sequence, Set
@@ -22,7 +22,7 @@ _SERVER = "model.server"
 
 @dataclass(frozen=True)
 class Defaults:
-    """The content of a user's file.
+    """The content of a user's file of defaults.
 
     Attributes:
         choices: by group, the option that replaces the shipped default.
@@ -33,12 +33,12 @@ class Defaults:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def without_servers(self) -> "Defaults":
-        """Return the defaults without settings of servers, since a recorded model is reached as recorded."""
+        """Return the defaults without settings of servers, since a recorded model is asked where it was."""
         settings = {key: value for key, value in self.settings.items() if not key.startswith(f"{_SERVER}.")}
         return Defaults(self.choices, settings)
 
     def primary(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the content of the primary configuration with these defaults."""
+        """Return the content of the primary configuration with these defaults in it."""
         own = deepcopy(dict(content))
         for entry in own["defaults"]:
             if isinstance(entry, dict):
@@ -51,8 +51,8 @@ class Defaults:
         """Return a composed configuration with the defaults for its runner and its models' servers.
 
         Args:
-            config: the configuration.
-            given: keys that the user set, which take precedence over defaults.
+            config: the composed configuration.
+            given: keys that the command line sets; the defaults do not change them.
         """
         own = deepcopy(dict(config))
         places = [(_SERVER, *place) for place in _servers("model", own.get("model"))]
@@ -66,7 +66,7 @@ class Defaults:
         return own
 
     def chosen(self, given: Set[str], choices: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
-        """Return, as overrides, the choices that nothing replaces, as if the user had typed them."""
+        """Return the choices that nothing replaced, as overrides, as if the user had typed them."""
         return tuple(
             f"{group}={option}"
             for group, option in self.choices.items()
@@ -74,13 +74,13 @@ class Defaults:
         )
 
     def hint(self, error: str) -> str:
-        """Return a hint for an error that concerns an option of the user's file."""
+        """Return a sentence that names the user's file if an error concerns an option in it; else an empty text."""
         named = any(f"'{group}/{option}'" in error for group, option in self.choices.items())
         return f" It is named in {paths.user_config_file()}." if named else ""
 
 
 def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the settings of the servers of a model and of its members, by their dotted keys."""
+    """Yield the settings of each server of a model or its members, with their dotted key."""
     if isinstance(part, dict):
         for name, inner in part.items():
             if name == "server" and isinstance(inner, dict):
@@ -90,7 +90,7 @@ def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _set(part: dict[str, Any], path: Sequence[str], value: Any) -> None:
-    """Set a value if there is such a setting."""
+    """Set a value if the setting exists."""
     *outer, last = path
     for name in outer:
         part = part.get(name, {})
@@ -99,7 +99,7 @@ def _set(part: dict[str, Any], path: Sequence[str], value: Any) -> None:
 
 
 def read_defaults() -> Defaults:
-    """Read the user's file, which may be missing."""
+    """Read the user's file of defaults, which may be missing."""
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
@@ -109,14 +109,13 @@ def read_defaults() -> Defaults:
     for key in settings:
         if key not in keys:
             more = (
-                "Defaults may choose parts and say where and how to run them; give other settings on the command line."
+                "Defaults may choose parts, and say where and how to run them. Use the command line for other settings."
             )
             raise not_found(f"{file}: setting", key, groups | keys, more)
     return Defaults(choices, settings)
 
 
 def _known() -> tuple[set[str], set[str]]:
-    """Return the groups and the dotted keys that may have a default."""
     conf = paths.conf_dir()
     primary = read_config(conf / "config.yaml")
     groups = {group for entry in primary["defaults"] if isinstance(entry, dict) for group in entry if " " not in group}
@@ -128,12 +127,12 @@ def _known() -> tuple[set[str], set[str]]:
 
 
 def resolved(found: Any, file: Path) -> dict[str, Any]:
-    """Return the settings of a file, with values from the environment filled in."""
+    """Return the settings of a file, with references to the environment resolved."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
     if not isinstance(found, Mapping | None):
-        raise InputError(f"{file} holds no settings: write one a line, such as cache.path: answers.sqlite")
+        raise InputError(f"{file} holds no settings. Write one per line, such as cache.path: answers.sqlite")
     try:
         resolved: Any = OmegaConf.to_container(OmegaConf.create(dict(found or {})), resolve=True)
     except (OmegaConfBaseException, ValueError) as error:

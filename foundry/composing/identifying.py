@@ -1,4 +1,4 @@
-"""Finds out which weights answer if a server reports no digest and one name is known for several sets of weights."""
+"""Finds out by canary calls which weights answer, if a server reports no digest and its weights changed before."""
 
 import asyncio
 import contextlib
@@ -16,17 +16,16 @@ from foundry.storing.store import SweepFolder
 
 
 def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask: bool = True) -> dict[str, ModelInfo]:
-    """Return the facts about each model; without a digest from the server, the digest of the answering weights.
+    """Return the facts about each model; if its server reports no digest, with the digest of the weights that answer.
 
-    As long as a name has had only one set of weights, this makes no calls; the canary is checked at the first call of
-    the sweep. If the name has had several sets, each with its own keys of answers, the canary says which of them
-    answers now.
+    If only one set of weights is known for the name, this makes no calls; the first call of the sweep checks the
+    canary. If several sets are known, each with its own keys of answers, the canary says which set answers now.
 
     Args:
         sweep: the sweep.
         infos: the servers' facts, by `expansion.settings_key`.
         cache: address of the answer cache, which knows the canaries.
-        ask: whether to make canary calls; otherwise the latest known weights are assumed.
+        ask: whether to make canary calls; if not, the weights that were found last are assumed.
     """
     digests = {
         model.name: _digest(model, known, ask) for model, _, known in _measured(sweep, infos, existing_answers, cache)
@@ -35,7 +34,7 @@ def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask:
 
 
 def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) -> None:
-    """Add the weights with which a sweep began, as recorded in its runs, to a cache that does not know them."""
+    """Store the weights with which a sweep began, as its runs recorded them, in a cache that does not know them."""
     for model, digest, known in _measured(folder.sweep, infos, open_answers, cache):
         if digest not in known.all():
             summaries = (run.summary() for run in SweepFolder.open(folder.path).runs())
@@ -48,7 +47,7 @@ def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) ->
 def _measured(
     sweep: Sweep, infos: Mapping[str, ModelInfo], opened: Callable[[str], Answers | None], cache: str
 ) -> Iterator[tuple[Model, str, KnownWeights]]:
-    """Yield each model whose server reports no digest, with its digest and the known weights behind its name."""
+    """Yield each model whose server reports no digest, with its digest and the weights known for its name."""
     configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
     measured = {key: info for key, info in infos.items() if any(one.measured for one in each_info(info))}
     answers = opened(cache) if measured else None
@@ -68,7 +67,7 @@ def _with_digests(info: ModelInfo, digests: Mapping[str, str]) -> ModelInfo:
 
 
 def _digest(model: Model, known: KnownWeights, ask: bool) -> str:
-    """Return the digest of the weights that answer; nothing if they are the first known weights."""
+    """Return the digest of the weights that answer; "" if only one set of weights is known."""
     digests = list(known.all())
     if len(digests) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""Unique names: one name for each class, however it was given, and names of a user's own parts."""
+"""Keeps names unique: a class has one name, and a user's own part has no name of a shipped part."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
@@ -14,10 +14,10 @@ _CONFIG, _CODE = "*.yaml", "[!_]*.py"
 
 
 def with_public_names(value: Any) -> Any:
-    """Return a configuration with every `_target_`, at any depth, replaced by the public name of its class.
+    """Return a configuration in which every `_target_`, at any depth, is the public name of its class.
 
-    This is `public_name`, a path from which the class will always be importable, else the path of its definition. So a
-    class has one name, however it was given. A target that cannot be found does not change.
+    This is the attribute `public_name` of the class, else the path of its definition. So a class has one name, by
+    whatever path the user named it. A target that cannot be found stays as it is.
     """
     if isinstance(value, Mapping):
         return {
@@ -37,14 +37,18 @@ def _public_name(target: Any) -> Any:
     try:
         known = target_of(name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"{target} says that its public name is '{name}', which cannot be imported.") from error
+        raise InputError(
+            f"{target} has the public_name '{name}', which cannot be imported. Write a path that leads to the class."
+        ) from error
     if known is not part:
-        raise InputError(f"{target} says that its public name is '{name}', which is another class.")
+        raise InputError(
+            f"{target} has the public_name '{name}', which is another class. Write a path that leads to the class."
+        )
     return name
 
 
 def check_own_names(folders: Iterable[Path]) -> None:
-    """Reject folders with a part that has the name of a shipped part."""
+    """Raise an error if one of a user's folders has a part with the name of a shipped part."""
     groups = _groups()
     for folder in folders:
         for group, (pattern, _) in groups.items():
@@ -53,7 +57,7 @@ def check_own_names(folders: Iterable[Path]) -> None:
 
 
 def check_own_name(file: Path, folder: Path) -> None:
-    """Reject a part that has the name of a shipped part."""
+    """Raise an error if the part in a file has the name of a shipped part."""
     group, groups = file.relative_to(folder).parts[0], _groups()
     if group not in groups:
         return
@@ -79,7 +83,7 @@ def _edits() -> Mapping[str, Path]:
 
 
 def _groups() -> dict[str, tuple[str, Callable[[], Mapping[str, Path]]]]:
-    """Return, for each group of parts, the pattern of its files and a function that gives the shipped parts by name."""
+    """Return, by group of parts, the pattern of its files, and a function that returns the shipped parts by name."""
     rooms = {folder.name: [folder] for folder in paths.conf_dir().iterdir() if folder.is_dir()}
     rooms["sweep"] = [paths.sweeps_dir()]
     signatures = list((paths.PACKAGE.parent / "analysis").glob("*/signatures"))

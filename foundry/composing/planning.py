@@ -1,4 +1,4 @@
-"""The plan of a sweep: the number of calls, and the exact prompt of one call."""
+"""Plans a sweep: counts its calls before they are made, and shows the exact prompt of one call."""
 
 import asyncio
 import contextlib
@@ -28,12 +28,12 @@ class PlannedRun:
 
     Attributes:
         calls: maximum number of calls of a whole episode.
-        served: number of these calls that a server answers.
-        cached: number of calls with cached answers, as far as the episode can be played from the cache; None if
+        served: how many of these calls go to a server.
+        cached: number of calls whose answer is in the cache, as far as the episode can be played with them; None if
             unknown.
-        complete: whether the run is complete in the sweep's folder.
-        answered: number of calls that a server answered in the run, if the run is complete.
-        new: whether the sweep in the folder lacks the run.
+        complete: whether the sweep's folder has the complete run.
+        answered: number of calls that a server answered in the complete run; 0 if it is not complete.
+        new: whether the sweep in the folder does not contain the run yet.
     """
 
     run: Run
@@ -49,25 +49,22 @@ class PlannedRun:
 
     @property
     def to_send(self) -> int:
-        """Maximum number of calls that would be sent."""
+        """Maximum number of calls that would be sent to a server."""
         return 0 if self.complete else self.served - (self.cached or 0)
 
 
 class _Silent:
-    """A recorder that stores nothing."""
+    """A recorder of an episode that stores nothing."""
 
-    def append(self, records: Sequence[Record]) -> None:
-        """Drop the records."""
+    def append(self, records: Sequence[Record]) -> None: ...
 
-    def append_calls(self, calls: Sequence[Call]) -> None:
-        """Drop the calls."""
+    def append_calls(self, calls: Sequence[Call]) -> None: ...
 
-    def frame(self, step: int, png: bytes) -> None:
-        """Drop the picture."""
+    def frame(self, step: int, png: bytes) -> None: ...
 
 
 class _CacheOnly(Wrapper):
-    """Answers from the cache; if an answer is missing, it ends the episode or gives an empty reply."""
+    """Answers from the cache. If an answer is missing, it ends the episode, or is `silent`: it replies with ""."""
 
     def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
@@ -79,7 +76,6 @@ class _CacheOnly(Wrapper):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer from the cache; a missing answer is an empty reply, or ends the episode."""
         replies = self._answers.get([request.key for request in requests]) if self._answers else {}
         hits = sum(request.key in replies for request in requests)
         self.hits, self.misses = self.hits + hits, self.misses + len(requests) - hits
@@ -89,7 +85,7 @@ class _CacheOnly(Wrapper):
 
 
 def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tuple[Model, list[_CacheOnly]]:
-    """Return a model without costs, and the objects that read the cache for it or its members."""
+    """Return a model that makes no calls, and the wrappers that read the cache for it or for its members."""
     readers: list[_CacheOnly] = []
 
     def reading(one: Model) -> Model:
@@ -104,18 +100,18 @@ def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tupl
 def plan(
     sweep: Sweep, infos: dict[str, ModelInfo], answers: Answers | None, folders: dict[str, RunFolder]
 ) -> list[PlannedRun]:
-    """Return the plan of every run."""
+    """Return the plan of each run."""
     parts = [_Parts.of(condition.config) for condition in sweep.conditions]
     return [_planned(sweep.config(run), run, parts[run.condition], infos, answers, folders) for run in sweep.runs]
 
 
 @dataclass(frozen=True)
 class PlannedRepeats:
-    """The calls that would be repeated at the end of a sweep.
+    """How many calls would be repeated at the end of a sweep, to measure whether its servers are deterministic.
 
     Attributes:
-        again: number of calls that measure determinism, half of them alone and half under load.
-        beside: maximum number of other calls that make this load.
+        again: number of repeated calls; half of them run alone, half beside other calls.
+        beside: maximum number of these other calls.
     """
 
     again: int
@@ -125,7 +121,7 @@ class PlannedRepeats:
 def repeats(
     sweep: Sweep, planned: Sequence[PlannedRun], setting: int | str, measured: Sequence[Repeats]
 ) -> PlannedRepeats:
-    """Return the maximum number of calls that would be repeated."""
+    """Return the maximum number of calls that would be repeated at the end of a sweep."""
     models = [condition.config["model"] for condition in sweep.conditions]
     calls = dict.fromkeys(map(sent_key, models), 0)
     for planned_run in planned:
@@ -205,7 +201,7 @@ async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo,
 
 @dataclass(frozen=True)
 class FoundPrompt:
-    """A prompt, and the number of earlier answers that were replaced by silence because the cache lacks them."""
+    """A prompt, and the number of earlier answers that are missing in the cache and count as silence in the prompt."""
 
     messages: tuple[ChatMessage, ...]
     assumed_silent: int
@@ -220,7 +216,7 @@ def find_prompt(
     agent: int,
     kind: str | None,
 ) -> FoundPrompt:
-    """Return an agent's prompt at a step of the first run; without `kind`, for `action` or the first kind asked."""
+    """Return the prompt of an agent at a step of the first run; `kind` is `action`, or the first kind, if None."""
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)
@@ -251,4 +247,4 @@ async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> t
         replies = await asker.ask_all([asker.request(question) for question in questions])
         world.advance([answer_of(reply) for reply in replies])
     known = f"agents {min(agents)} to {max(agents)} and steps 1 to {world.step}" if agents else "no questions"
-    raise InputError(f"No {kind} question is put to agent {agent} at step {step}: the run has {known}.")
+    raise InputError(f"Agent {agent} gets no {kind} question at step {step}. The run has {known}.")

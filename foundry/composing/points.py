@@ -1,4 +1,4 @@
-"""Composes each point of a grid by Hydra's compose API."""
+"""Lets Hydra compose each point of a grid, that is, each combination of the values of a sweep."""
 
 import contextlib
 import itertools
@@ -19,24 +19,24 @@ from foundry.storing.plain import read_config
 from foundry.storing.sweep_file import to_yaml
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
-"""Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
+"""Function that calls a function in a job for each list of overrides, and returns Hydra's `JobReturn`s."""
 PRIMARY = "config"
 _OF_HYDRA = ("hydra.", "hydra/")
 _SEARCHPATH = "hydra.searchpath="
 _SEED = "seed="
 _Composer: TypeAlias = Callable[[tuple[str, ...]], tuple[Any, Mapping[str, str]]]
-"""Returns the configuration for overrides, which must not be changed, and the option of each group."""
+"""Function that composes overrides; it returns a configuration, which must not be changed, and the chosen options."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """One composed point.
+    """The configuration of one point of a grid.
 
     Attributes:
-        config: the configuration, with unresolved interpolations and without Hydra's part.
-        choices: option of each group.
+        config: the configuration, with unresolved references and without Hydra's part.
+        choices: the chosen option of each group.
         overrides: the overrides of the point; empty if the command line asks for a single run.
-        seeds: the seeds as written; empty if only the configuration gives the seed.
+        seeds: the seeds on the command line, as written; empty if it names none.
     """
 
     config: Any
@@ -48,7 +48,7 @@ class Point:
 def points_of(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
 ) -> tuple[list[Point], Launch | None]:
-    """Return the points of a grid, and one of Hydra's launchers if requested."""
+    """Return the points of a grid, and a function that runs jobs if one of Hydra's launchers is named."""
     import hydra
     from omegaconf import OmegaConf
 
@@ -93,7 +93,7 @@ def show(
 def _folders(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder in which Hydra starts, and the overrides, which name all other folders first."""
+    """Yield the folder in which Hydra starts, and the overrides; the first override names all other folders."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
@@ -125,7 +125,7 @@ def _point(
     grid: Sequence[str] = (),
     seeds: Sequence[str] = (),
 ) -> Point:
-    """Return a composed point: Hydra composes the choices of groups; settings are then set in a copy."""
+    """Compose one point: Hydra composes the choices of groups, and other settings are then set in a copy."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
@@ -141,10 +141,10 @@ def _point(
 
 
 def _choices_and_settings(overrides: Sequence[str], groups: Set[str]) -> tuple[list[str], list[Any]]:
-    """Return the overrides that Hydra must compose, and the parsed overrides that only set a value.
+    """Split overrides into those that Hydra must compose, and parsed ones that only set a value.
 
-    Hydra applies settings after all choices, in their order. So if there are overrides of any other kind, Hydra
-    composes all of them.
+    Hydra applies settings in their order, after all choices. If there are overrides of any other kind, Hydra composes
+    all overrides.
     """
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.core.override_parser.types import OverrideType
@@ -165,12 +165,11 @@ def _choices_and_settings(overrides: Sequence[str], groups: Set[str]) -> tuple[l
 
 
 def _groups(folders: Sequence[Path]) -> set[str]:
-    """Return the names of all groups of configurations."""
     return {"sweep", *(entry.name for folder in folders for entry in folder.iterdir() if entry.is_dir())}
 
 
 def _stamps() -> tuple[tuple[str, int, int, int], ...]:
-    """Return a value that changes when any shipped configuration file changes."""
+    """Return a value that changes if any shipped configuration file changes."""
     stamps = []
     for top in (paths.conf_dir(), paths.sweeps_dir()):
         for folder, _, names in os.walk(top):
@@ -186,7 +185,7 @@ def _stamps() -> tuple[tuple[str, int, int, int], ...]:
 def _composed_of_shipped(
     stamps: tuple[tuple[str, int, int, int], ...], overrides: tuple[str, ...]
 ) -> tuple[Any, Mapping[str, str]]:
-    """Return the configuration that Hydra composes from shipped files alone; it is cached until a file changes."""
+    """Let Hydra compose shipped files only; the result is kept until a file changes."""
     return _composed(overrides)
 
 
@@ -202,9 +201,9 @@ def _composed(overrides: tuple[str, ...]) -> tuple[Any, Mapping[str, str]]:
 
 
 def _fixed_choices(asked: Sequence[str]) -> list[str]:
-    """Return the overrides that all points share and that may concern Hydra.
+    """Return the overrides without several values that may concern Hydra itself.
 
-    Settings are left out, since a setting may belong to one world of the grid only.
+    Settings are left out, since only one world of the grid may have them.
     """
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -217,7 +216,7 @@ def _fixed_choices(asked: Sequence[str]) -> list[str]:
 
 
 def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
-    """Yield the overrides of each point and its seeds; if two overrides have one key, the later applies."""
+    """Yield the overrides of each point and its seeds. If two overrides have the same key, the later one applies."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -235,7 +234,7 @@ def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]
 
 
 def _launch(config: Any, task: Callable[[Any], Any], jobs: Sequence[Sequence[str]]) -> Sequence[Any]:
-    """Let the launcher of a configuration call a function in a job for each list of overrides."""
+    """Let the launcher in a configuration call a function in a job for each list of overrides."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.plugins import Plugins
     from hydra.experimental.callback import Callback

@@ -1,4 +1,4 @@
-"""Checks everything that can be wrong with a sweep once, before it starts."""
+"""Checks everything that can be wrong with a sweep, once, before it starts."""
 
 import asyncio
 import json
@@ -22,7 +22,7 @@ MAX_STEPS = 4
 
 
 def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Sequence[Question]) -> None:
-    """Reject a schema if the world reads some of the choices that it offers, but not all."""
+    """Raise an error if a schema offers a choice that the world does not read, but others that it reads."""
     if type(scenario).read is Scenario.read:
         return
     held = [(schemas[asked.kind], asked) for schemas in _schemas(model) for asked in questions if asked.kind in schemas]
@@ -33,13 +33,13 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
                 others = ", ".join(str(one) for one in choices if one not in read)
                 raise InputError(
                     f"The schema of questions of kind '{question.kind}' lets a model choose {others}, which world "
-                    f"'{scenario.name}' does not read with its present settings. Give "
+                    f"'{scenario.name}' does not read with its present settings. Use "
                     f"schema.{question.kind}.properties.{name}.enum=[{','.join(map(str, read))}], or model.format=null."
                 )
 
 
 def _schemas(model: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield the schemas of a model's replies by kind of question, or the schemas of its members."""
+    """Yield the schemas of replies by kind of question: those of a model, or of each member of a population."""
     if model.get("format") == "schema":
         yield model.get("schemas") or {}
     for member in model.values():
@@ -54,7 +54,7 @@ def _choices(schema: Mapping[str, Any]) -> Iterator[tuple[str, Sequence[Any]]]:
 
 
 def _example(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a reply that fits the schema, with the first choice or the smallest value of each property."""
+    """Return a reply that fits the schema: each property has its first choice or its smallest value."""
     return {
         name: described["enum"][0]
         if described.get("enum")
@@ -76,10 +76,10 @@ class _Opened:
 
 
 def check(sweep: Sweep) -> dict[str, ModelInfo]:
-    """Build every part of the sweep once, render every prompt once and ask the servers about the models.
+    """Build every part of the sweep, render every prompt once, and ask the servers about the models.
 
     Returns:
-        The facts about each model, by `expansion.settings_key`.
+        The facts about each model, by `settings_key` of its configuration.
     """
     worlds: dict[str, _Opened] = {}
     models: dict[str, Model] = {}
@@ -109,7 +109,7 @@ def _parts_key(condition: Condition, model: Model) -> str:
 def _check_in_runs(
     condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], worlds: Mapping[str, _Opened]
 ) -> None:
-    """Check that a model that depends on the run can answer in every run."""
+    """Check that a population can answer in every run; any other model is the same in each."""
     key = settings_key(condition.config["model"])
     model, scenario = models[key], worlds[_parts_key(condition, models[key])].scenario
     for seed in condition.seeds:
@@ -118,33 +118,33 @@ def _check_in_runs(
 
 
 def check_sight(info: ModelInfo, world: str) -> None:
-    """Reject a model without vision in a world that shows images."""
+    """Raise an error if a model cannot see the images of a world."""
     if "vision" in info.undeclared:
         raise InputError(
-            f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees: "
-            "set model.vision=true if it does."
+            f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees. "
+            "Use model.vision=true if it does."
         )
     if "vision" not in info.capabilities:
         raise InputError(
-            f"Model '{info.name}' cannot see images, which world '{world}' shows: "
-            "choose one with the capability 'vision' (foundry doctor lists them)."
+            f"Model '{info.name}' cannot see images, which world '{world}' shows. "
+            "Choose one with the capability 'vision'; foundry doctor lists them."
         )
 
 
 def scenario_of(config: Mapping[str, Any]) -> Scenario:
-    """Return the scenario of a run's configuration."""
+    """Build the world of a run from its configuration."""
     scenario: Scenario = build(config["world"])
     return scenario
 
 
 def prompt_of(config: Mapping[str, Any]) -> Prompt:
-    """Return the prompt variant of a run's configuration."""
+    """Build the prompt of a run from its configuration."""
     prompt: Prompt = build(config["prompt"])
     return prompt
 
 
 def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds that need a package that is not installed, and a line on them; empty without any."""
+    """Return the worlds that need a package that is not installed, and a sentence on them; else an empty text."""
     missing: dict[str, NotInstalledError] = {}
     for config in {settings_key(config["world"]): config for config in configs}.values():
         try:
@@ -161,12 +161,12 @@ def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str
 
 
 def notes_of(sweep: Sweep) -> list[str]:
-    """Return notes about the worlds of a sweep before it starts, one line each."""
+    """Return what the worlds of a sweep say before it starts, one line each."""
     return list(dict.fromkeys(note for config in _worlds(sweep).values() for note in scenario_of(config).notes()))
 
 
 def missing_arms(sweep: Sweep) -> list[str]:
-    """Return a line for each world of a sweep that lacks the condition for the exact null of its measures."""
+    """Return a line for each world without the runs with which the exact null of its measures is computed."""
     worlds = _worlds(sweep)
     lines = []
     for config in worlds.values():
@@ -175,19 +175,19 @@ def missing_arms(sweep: Sweep) -> list[str]:
         if arm and settings_key({**config["world"], **arm}) not in worlds:
             added = " ".join(f"+world.{key}={str(value).lower()}" for key, value in arm.items())
             lines.append(
-                f"world '{scenario.name}': {added} on the same seeds adds runs whose agents are not told, the exact "
-                "null of its measures; without these runs, measures are compared with an agent without habits"
+                f"world '{scenario.name}': {added} with the same seeds adds runs in which no agent is told. They are "
+                "the exact null of its measures. Without them, measures are compared with an agent without habits"
             )
     return list(dict.fromkeys(lines))
 
 
 def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
-    """Return a configuration with each world of a sweep, by the world's settings."""
+    """Return one configuration for each world of a sweep, by the settings of the world."""
     return {settings_key(condition.config["world"]): condition.config for condition in sweep.conditions}
 
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
-    """Return the sweep with the declarations of its worlds' records."""
+    """Return the sweep with what its worlds declare about their records; `here` is the sweep on this machine."""
     declared: dict[str, Declared] = {}
     known: list[Condition] = []
     for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):
@@ -199,7 +199,7 @@ def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
 
 
 def check_begun(there: SweepFolder, sweep: Sweep) -> None:
-    """Check that the worlds of a sweep have not changed since the runs in its folder began."""
+    """Raise an error if the worlds of a sweep have changed since its recorded runs began."""
     here = there.with_scenes(sweep).conditions
     worlds = {settings_key(one.config["world"]): placed for one, placed in zip(sweep.conditions, here, strict=True)}
     keys = [settings_key(one.config["world"]) for one in there.sweep.conditions]
@@ -214,17 +214,17 @@ def _declared(scenario: Scenario) -> Declared:
         return scenario.declared()
     except AttributeError as error:
         raise InputError(
-            f"World '{scenario.name}' does not say what its records are ({error}): give its Scenario a `form`, such as "
+            f"World '{scenario.name}' does not declare its records ({error}). Give its Scenario a `form`, such as "
             "'rounds', and the classes of its `records`."
         ) from error
 
 
 def _check_answers(model: Model, questions: Sequence[Question]) -> None:
-    """Check that a model, or each of its members, can answer a world's questions."""
+    """Raise an error if a model, or a member of a population, cannot answer a world's questions."""
 
     def checked(one: Model) -> Model:
         if isinstance(getattr(one, "remote", None), bool):  # else no answer would be cached, and all would cost again
-            raise InputError(f"Model '{one.name}' has an attribute `remote`: it is called `costs` now.")
+            raise InputError(f"Model '{one.name}' has an attribute `remote`, which is called `costs` now. Rename it.")
         for question in questions:
             one.check(question)
         return one
@@ -238,7 +238,7 @@ def _check_condition(condition: Condition, model: Model) -> _Opened:
     if missing:
         raise InputError(
             f"Model '{model.name}' cannot act in world '{scenario.name}': it answers "
-            f"{', '.join(model.kinds or ())}, the world also asks {', '.join(missing)}."
+            f"{', '.join(model.kinds or ())}, but the world also asks {', '.join(missing)}."
         )
     questions = tuple(first_questions(scenario, condition.seeds[0]))
     for question in questions:
@@ -247,7 +247,7 @@ def _check_condition(condition: Condition, model: Model) -> _Opened:
 
 
 def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
-    """Yield the first question of every kind, from an episode with empty answers."""
+    """Yield the first question of every kind, from an episode in which all answers are empty."""
     world = scenario.start(seed)
     seen: set[str] = set()
     while not world.finished and world.step < MAX_STEPS and len(seen) < len(scenario.kinds):

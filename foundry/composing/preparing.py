@@ -1,4 +1,4 @@
-"""Makes a checked sweep with a folder from composed conditions; a declared sweep runs look by look."""
+"""Makes a checked sweep with a folder from composed conditions; a planned sweep runs in stages."""
 
 import contextlib
 import os
@@ -32,23 +32,23 @@ from foundry.storing.store import RunFolder, SweepFolder, ensure_writable, fresh
 from foundry.trust.repeating import repeat_calls
 
 OUTPUTS = Path("outputs")
-"""Folder for sweeps that name none."""
+"""Folder for sweeps that name no output.dir."""
 
 
 @dataclass(frozen=True)
 class OneRun:
-    """The work of a job: it plays the run with the job's index.
+    """The work of one job of a launcher: it plays the run with the number of the job.
 
     Attributes:
         spec: input of every job.
-        command: process of the command; a job that a launcher runs in this process leaves Ctrl-C to the command.
+        command: id of the process of the command. A job in this process leaves Ctrl-C to the command.
     """
 
     spec: LaneSpec
     command: int
 
     def __call__(self, config: object) -> str | None:
-        """Play the run; the configuration that Hydra composed for the job is ignored, since the sweep has it."""
+        """Play the run. The configuration that Hydra composed for the job is ignored, since the sweep has it."""
         from hydra.core.hydra_config import HydraConfig
 
         number = int(HydraConfig.get().job.num)
@@ -57,7 +57,7 @@ class OneRun:
 
 
 class LauncherRunner(Runner):
-    """Lets a launcher start a job for each run; the launcher decides where and when jobs run."""
+    """Lets one of Hydra's launchers start a job for each run; the launcher decides where and when jobs run."""
 
     def __init__(self, launch: Launch) -> None:
         super().__init__(open_runs=1)
@@ -65,7 +65,7 @@ class LauncherRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Check nothing, since the launcher will report errors."""
+        """Yield the function that plays runs; nothing is checked, since the launcher reports errors."""
         yield partial(self._play, replace(job, folder=job.folder.part(job.folder.runs())))
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
@@ -82,17 +82,17 @@ class LauncherRunner(Runner):
 
 
 def stages(composed: Composed) -> list[Composed]:
-    """Return the batch of runs up to each look of the plan in the sweep's folder.
+    """Return the runs up to each interim analysis (look) of the plan in the sweep's folder.
 
-    Each batch is a sweep of the first seeds of the plan, and the next batch adds seeds to it.
+    Each stage has the first seeds of the plan, and the next stage adds seeds to them.
     """
     plan = _plan(composed)
     ids = {run.id for run in expand(composed.asked, composed.conditions).runs}
     if ids != plan.runs.keys():
         raise InputError(
-            f"{UNTIL}=answered runs exactly the {len(plan.runs)} runs of {PREREGISTRATION_FILE}: your overrides "
+            f"{UNTIL}=answered runs exactly the {len(plan.runs)} runs of {PREREGISTRATION_FILE}. Your overrides "
             f"leave out {len(plan.runs.keys() - ids)} of them and add {len(ids - plan.runs.keys())} others. "
-            f"Repeat the overrides that {PREREGISTRATION_FILE} was made with."
+            f"Repeat the overrides with which {PREREGISTRATION_FILE} was made."
         )
     return [replace(one, settings={**one.settings, UNTIL: None}) for one in _parts(composed, plan)]
 
@@ -101,14 +101,14 @@ def _plan(composed: Composed) -> Preregistration:
     folder = composed.settings["output"]["dir"]
     plan = preregistration_of(Path(folder)) if folder else None
     if plan is None:
-        where = f"'{folder}' has none" if folder else "no output.dir is named"
+        where = f"'{folder}' has no such file" if folder else "no output.dir is named"
         raise InputError(
-            f"{UNTIL}=answered stops at a look of {PREREGISTRATION_FILE}, but {where}: foundry preregister makes it."
+            f"{UNTIL}=answered needs the plan in {PREREGISTRATION_FILE}, but {where}. Make it with: foundry preregister"
         )
     if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != plan[1]:
         raise InputError(
-            f"The sweep in '{folder}' began without this plan, so none of its looks count: preregister "
-            "and run it in another output.dir."
+            f"The sweep in '{folder}' began without this plan, so it cannot follow the plan. Preregister and run it in "
+            "another output.dir."
         )
     return plan[0]
 
@@ -122,7 +122,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 @dataclass(frozen=True)
 class Checked:
-    """A checked sweep without errors, before anything is written."""
+    """A sweep that was checked, before anything is written."""
 
     composed: Composed
     sweep: Sweep
@@ -131,7 +131,7 @@ class Checked:
     notes: list[str]
 
     def create(self) -> SweepFolder:
-        """Create its folder, or continue the existing folder."""
+        """Create the folder of the sweep, or continue the existing one."""
         target = self.composed.settings["output"]["dir"]
         ensure_writable(Path(target) if target else OUTPUTS)
         path = Path(target) if target else fresh_folder(OUTPUTS)
@@ -141,7 +141,7 @@ class Checked:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The settings that say where and how it runs, with the final location of the answer cache."""
+        """The settings that say where and how the sweep runs, with the final address of the answer cache."""
         settings = self.composed.settings
         return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
 
@@ -151,9 +151,9 @@ def _as_it_is(sweep: Sweep) -> Sweep:
 
 
 def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> Checked:
-    """Check everything that can be wrong with a sweep."""
+    """Check everything that can be wrong with a sweep; `place` returns the sweep as it is on this machine."""
     if composed.settings.get(UNTIL) is not None:
-        raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m: leave it out here.")
+        raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")
     sweep = composed.sweep
     folder = composed.settings["output"]["dir"]
     there = SweepFolder.open(folder) if folder and is_sweep(Path(folder)) else None
@@ -170,7 +170,7 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:
-    """Return the runs to play."""
+    """Return the job that plays the runs of a sweep."""
     check_reachable(settings["cache"]["path"])
     repeated = settings.get(SETTING, 0)
     recorded = {line["name"]: line for line in folder.models}
@@ -186,14 +186,14 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 
 
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
-    """Return the facts about a model with the digest at the sweep's start, so that keys of answers do not change."""
+    """Return the facts about a model with the digest with which the sweep began, so that keys of answers stay."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
     same = with_weights(info, digest or "")
     return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))
 
 
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
-    """Return the recorded facts of a sweep's models and members of populations."""
+    """Return what a sweep records about its models and the members of populations."""
     return [
         {"name": model.name, "digest": model.digest, "server_version": model.server_version}
         | {name: value for name in ("weights", "remote") if (value := getattr(model, name)) is not None}
@@ -203,20 +203,19 @@ def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
 
 
 def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runner:
-    """Return the runner of a sweep, or one of Hydra's launchers if requested."""
+    """Return the runner of a sweep: one of Hydra's launchers if one is named."""
     runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     return runner
 
 
 def local_runner(recorded: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that run a sweep's baselines on this machine.
+    """Return the settings of the runner that plays a sweep's baselines on this machine.
 
     Args:
-        recorded: the settings of the sweep's runner. If this is also local, its number of workers applies; the number
-            of a cluster's workers is irrelevant for this machine.
+        recorded: the settings of the sweep's runner. If it is local too, its number of workers applies here.
 
     Returns:
-        The settings of the group `runner/local`, with FOUNDRY_WORKERS if the sweep leaves the number open.
+        The settings in `conf/runner/local.yaml`, with FOUNDRY_WORKERS if the sweep leaves the number open.
     """
     file = conf_dir() / "runner" / "local.yaml"
     settings = resolved(read_config(file), file)

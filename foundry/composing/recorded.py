@@ -1,4 +1,4 @@
-"""Applies overrides to recorded configurations: of a run that is forked or probed, and of a sweep that grows."""
+"""Applies overrides to a recorded run that is forked or probed, or to a recorded sweep that gets more runs."""
 
 import itertools
 import re
@@ -18,18 +18,18 @@ from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
-"""Recorded settings that belong to no group."""
+"""Recorded settings of a run that belong to no group."""
 _AS_RECORDED = "as_recorded"
-"""The option of a group that stands for a run's recorded configuration."""
+"""Name of the option of a group that contains what the run recorded."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 _OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
-"""Text in settings that take their value from the seed, before Hydra resolves them."""
+"""A reference to the seed in a setting, such as `${seed}`."""
 
 
 def compose_recorded(
     config: Mapping[str, Any], overrides: Sequence[str], defaults: Defaults | None = None
 ) -> Composed | None:
-    """Apply overrides to a run's recorded configuration, with its seed.
+    """Compose overrides over the recorded configuration of a run, with its seed.
 
     Returns:
         The composed command line, or None if Hydra answered one of its own flags.
@@ -58,13 +58,13 @@ def compose_recorded(
 
 
 def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapping[str, Any]:
-    """Return a recorded part; a prompt without its format if another format is requested."""
+    """Return a recorded part; a prompt comes without its format if the overrides name another format."""
     is_replaced = group == "prompt" and FORMAT in given
     return {key: value for key, value in part.items() if key != FORMAT or not is_replaced}
 
 
 def _literal(value: Any) -> Any:
-    """Return settings with `${` escaped: they are already resolved, or someone else recorded them."""
+    """Return settings with `${` escaped: they are resolved already, and someone else may have recorded them."""
     if isinstance(value, str):
         return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
     if isinstance(value, Mapping):
@@ -73,10 +73,10 @@ def _literal(value: Any) -> Any:
 
 
 def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defaults | None = None) -> Composed | None:
-    """Compose the runs that are added to a recorded sweep.
+    """Compose the runs that overrides add to a recorded sweep.
 
-    Further seeds are added to every recorded condition, with exactly its settings. Other overrides are applied to every
-    recorded condition, with its seeds unless others are requested.
+    If the overrides only name seeds, every recorded condition gets these seeds. Other overrides are applied to every
+    recorded condition, with its own seeds unless the overrides name seeds.
 
     Returns:
         The composed runs, or None if Hydra answered one of its own flags.
@@ -102,19 +102,21 @@ def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defa
 
 def _check_asked(folder: SweepFolder, given: set[str]) -> None:
     if not {key for key in given if not key.startswith("-")}:
-        raise InputError(f"Name the runs to add: foundry resume {folder.path} seed=10-19, or model=, prompt= or world=")
+        raise InputError(
+            f"Name the runs to add, as in: foundry resume {folder.path} seed=10-19, or model=, prompt= or world="
+        )
     if "output.dir" in given:
         raise InputError(f"foundry resume adds runs to '{folder.path}' itself. Leave out output.dir.")
     kinds = {"foundry probe": folder.moments_file.exists()}
     kinds["foundry fork"] = any("fork" in one.config for one in folder.sweep.conditions)
     for command in (name for name, holds in kinds.items() if holds):
         raise InputError(
-            f"'{folder.path}' can be extended only by the command that made it: {command} ... output.dir={folder.path}"
+            f"Only the command that made '{folder.path}' can add runs to it: {command} ... output.dir={folder.path}"
         )
 
 
 def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
-    """Yield the conditions that differ in other settings than the new ones, each with the seeds of all its equals."""
+    """Yield one condition of all that differ only in settings that the overrides replace, with the seeds of all."""
     alike: dict[str, list[Condition]] = {}
     for one in conditions:
         alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
@@ -132,7 +134,7 @@ def _composed(
 
 
 def _check_seeds(folder: SweepFolder) -> None:
-    """Reject further seeds if a setting depends on the seed: only values for recorded seeds are known."""
+    """Reject further seeds if a setting depends on the seed, since its values for new seeds are unknown."""
     alike: dict[str, list[set[int]]] = {}
     for one in folder.sweep.conditions:
         names: Mapping[str, Any] = {role: one.config[role]["name"] for role in ("world", "model", "prompt")}
@@ -140,8 +142,8 @@ def _check_seeds(folder: SweepFolder) -> None:
     apart = (len(found) > 1 and _are_apart(found) for found in alike.values())
     if _OF_THE_SEED.search(folder.multirun()) or any(apart):
         raise InputError(
-            f"Settings of '{folder.path}' depend on the seed, so they cannot be copied to new seeds: repeat the "
-            f"command that made it with the seeds that you want, foundry -m ... output.dir={folder.path}"
+            f"Settings of '{folder.path}' depend on the seed, so their values for new seeds are unknown. Repeat the "
+            f"command that made it with the seeds that you want: foundry -m ... output.dir={folder.path}"
         )
 
 

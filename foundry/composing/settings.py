@@ -1,4 +1,4 @@
-"""Checks a composed command line: the parts of a condition, and the settings that say where and how it runs."""
+"""Checks the parts of a composed condition, and the settings that say where and how it runs."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,18 +7,18 @@ from foundry.errors import InputError
 from foundry.storing.determinism import AUTO, SETTING
 
 USED_OF_HYDRA = ("hydra/launcher", "hydra.launcher", "hydra.mode", "hydra.searchpath", "hydra.sweeper.params")
-"""Settings of Hydra that the user may give."""
+"""Settings of Hydra that a command line may contain."""
 BASELINES = "baselines"
 """The value of `analyze` that runs the scripted baselines first."""
 UNTIL = "until"
-"""The setting that ends a declared sweep at the first look at which its question is answered."""
+"""The setting that ends a preregistered sweep at the first interim analysis that answers its question."""
 ANSWERED = "answered"
 PARTS = ("world", "model", "prompt")
-"""The parts of a condition: each is a mapping with a name and a class to build."""
+"""The parts of a condition. Each is a mapping with a name and a class to build."""
 
 
 def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return composed settings in the form for use: the name of a file or folder that is a number becomes a text."""
+    """Check composed settings, and return them in the form for use: a path that is a number becomes a text."""
     cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
     folder = _entry(settings, "output", "dir")
     if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:
@@ -36,11 +36,11 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_parts(config: Mapping[str, Any]) -> None:
-    """Reject a condition if its world, model or prompt is missing or cannot be part of a run."""
+    """Raise an error if the world, model or prompt of a condition is missing or has no class or name."""
     for role in PARTS:
         _check_part(role, config.get(role))
         if not isinstance(config[role].get("name"), str):
-            raise InputError(f"The chosen {role} has no name: its file needs a line 'name: ...' with a text.")
+            raise InputError(f"The chosen {role} has no name. Its file needs a line 'name: ...' with a text.")
     names = config.get("baselines")
     if names is not None and not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise InputError(f"baselines must be a list of policies; got {names}. Write baselines: [scripted/random, ...].")
@@ -48,18 +48,18 @@ def check_parts(config: Mapping[str, Any]) -> None:
 
 def _check_part(role: str, part: object) -> None:
     if part is None:
-        raise InputError(f"No {role} is chosen: name one with {role}=...")
+        raise InputError(f"No {role} is chosen. Name one with {role}=...")
     if not isinstance(part, Mapping) or not isinstance(part.get("_target_"), str):
         raise InputError(
-            f"The chosen {role} builds nothing: the file of a {role} holds keys with values, one of them "
-            "'_target_: ...' with the class to build."
+            f"The chosen {role} builds nothing: its file must have keys with values, one of them '_target_: ...' with "
+            "the class to build."
         )
 
 
 def _entry(settings: Mapping[str, Any], key: str, name: str) -> Any:
     part = settings.get(key)
     if not isinstance(part, Mapping) or name not in part:
-        raise InputError(f"{key}={part} does not set '{name}': set {key}.{name}=... instead.")
+        raise InputError(f"{key}={part} does not set '{name}'. Use {key}.{name}=... instead.")
     return part[name]
 
 
@@ -82,7 +82,7 @@ def _frames(value: object) -> bool | int:
 
 
 def check_settings_of_hydra(argv: Sequence[str]) -> None:
-    """Reject settings of Hydra that would have no effect, since Hydra only composes."""
+    """Reject settings of Hydra that would have no effect, since foundry uses Hydra only to compose."""
     for arg in argv:
         key = arg.lstrip("+~").partition("=")[0]
         if key.startswith(("hydra.", "hydra/")) and not f"{key}.".startswith(tuple(f"{one}." for one in USED_OF_HYDRA)):

@@ -1,4 +1,4 @@
-"""Shows settings to people, with the origin of each."""
+"""Lists the settings of a run, and where each value comes from."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from foundry.storing.plain import load_plain
 from foundry.texts import without_secrets
 
 VARIABLES = {
-    "OLLAMA_HOST": "Ollama servers; a resumed sweep uses them instead of its first ones",
-    "OPENAI_BASE_URL": "servers with OpenAI's API; a resumed sweep uses them instead of its first ones",
+    "OLLAMA_HOST": "addresses of Ollama servers; a resumed sweep uses these and not its first ones",
+    "OPENAI_BASE_URL": "addresses of servers with OpenAI's API; a resumed sweep uses these and not its first ones",
     "OPENAI_API_KEY": "key for servers with OpenAI's API, if model.server.api_key_env names no other variable",
     "HF_HOME": "folder in which transformers keeps weights",
     "FOUNDRY_CACHE": "address of the answer cache",
     "FOUNDRY_WORKERS": "number of worker processes",
-    "FOUNDRY_CANARY": "whether the canary of each model is asked",
-    "FOUNDRY_DETERMINISM": "number of recorded calls that are repeated at the end",
+    "FOUNDRY_CANARY": "whether canary calls check the weights of each model",
+    "FOUNDRY_DETERMINISM": "number of recorded calls that are repeated at the end of a sweep",
     "FOUNDRY_RENDERER": "renderer of 3D scenes: auto, software or gpu",
     "FOUNDRY_SCENE_CACHE": "folder of prepared scenes",
-    "FOUNDRY_WEIGHTS_CACHE": "file for hashes of weights",
+    "FOUNDRY_WEIGHTS_CACHE": "file with the hashes of local weights",
     "FOUNDRY_TRUST_TARGETS": "packages whose classes records may name",
     "FOUNDRY_MINE": "folders with your own parts, like --config-dir",
 }
-"""Environment variables that foundry reads, with their purpose."""
+"""Environment variables that foundry reads, each with its purpose."""
 _SECRET = re.compile(r"(?:^|[._])(?:api_?key|token|password|secret)$", re.IGNORECASE)
 _ADDRESS = re.compile(r"(?:^|[._])(?:host|hosts|base_url)$", re.IGNORECASE)
 _USER = re.compile(r"[^\s,/]*@")
@@ -43,8 +43,8 @@ class Setting:
     """One setting.
 
     Attributes:
-        setting: its dotted key; for a group, the name of the group.
-        value: the value that applies; secrets are masked.
+        setting: the dotted key, or the name of a group.
+        value: the value that applies, with secrets masked.
         origin: `command line`, `environment <variable>`, `user file` or `default`.
     """
 
@@ -71,7 +71,7 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
 
 
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
-    """Return the requested settings and all settings below them; without a request, all settings."""
+    """Return the named settings and all settings below them; all settings if none is named."""
     known = list(settings)
     for one in wanted:
         if not any(_is_below(setting.setting, one) for setting in known):
@@ -80,13 +80,13 @@ def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
 
 
 def decides_answers(setting: str) -> bool:
-    """Return whether answers depend on a setting; other settings say where and how a sweep runs."""
+    """Return whether answers depend on a setting; other settings only say where and how a sweep runs."""
     first, *rest = setting.split(".")
     return first in _DECIDING and "server" not in rest
 
 
 def environment() -> Iterator[Setting]:
-    """Yield the variables that are set, secrets masked."""
+    """Yield the environment variables that are set, with secrets masked."""
     for name in VARIABLES:
         if os.environ.get(name):
             yield Setting(name, _masked(name, os.environ[name]), "environment")

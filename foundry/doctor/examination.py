@@ -1,4 +1,4 @@
-"""All checks of a sweep, in the order of the output: this machine, then each model."""
+"""Checks the machine, and then each model of a sweep."""
 
 import asyncio
 import contextlib
@@ -29,21 +29,21 @@ from foundry.texts import one_line
 from foundry.worlds.base import Scenario
 
 CALL_BYTES = 1_100
-"""Bytes per call: in its log, in the answer cache, in the steps. Measured on 2D runs."""
+"""Bytes that a call takes in the log of calls, the answer cache and the steps; measured on 2D runs."""
 RUN_BYTES = 40_000
-"""Bytes of a run besides its calls: configuration, summary, partly filled disk blocks."""
+"""Bytes that a run takes besides its calls: configuration, summary, partly filled disk blocks."""
 IMAGE_BYTES = 230_000
 """Bytes of a recorded first-person image at 512 x 384, PNG."""
 FRAME_BYTES = 60_000
 """Bytes of a recorded frame."""
 _TIGHT = 3
-"""Multiple of the needed disk space below which free space gives a warning."""
+"""If less than this many times the needed disk space is free, the check gives a warning."""
 UNLIMITED_REPLY = 1024
-"""Assumed maximum number of tokens of a reply without a limit."""
+"""Maximum number of tokens of a reply that is assumed if the settings allow any number."""
 COMMON_REPLY = 4
-"""Ratio of the longest allowed reply to a common reply."""
+"""A common reply is assumed to be this many times shorter than the longest reply that is allowed."""
 CUT_BEYOND = 8
-"""Characters per token that no tokenizer reaches in English; if a prompt has more, the server has cut it."""
+"""No tokenizer has so many characters per token in English. If a prompt has more, the server has cut it."""
 
 
 class Status(StrEnum):
@@ -57,10 +57,11 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """The finding of a check.
+    """What a check found out.
 
     Attributes:
-        advice: recommended action, or "".
+        subject: what was checked, such as the name of a model.
+        advice: what the user should do, or "".
     """
 
     check: str
@@ -79,7 +80,7 @@ def check_versions() -> Finding:
 
 
 def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
-    """If a world needs it, report whether and how this machine can draw."""
+    """Report how this machine draws images, for worlds that show images."""
     seen = [scenario.name for scenario in scenarios if scenario.shows_images]
     if not seen:
         return
@@ -95,7 +96,7 @@ def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
 
 
 def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int) -> Finding:
-    """Compare the free space with the size of the sweep."""
+    """Compare the free disk space with the size of the sweep."""
     need = runs * RUN_BYTES + calls * CALL_BYTES + images * IMAGE_BYTES + frames * FRAME_BYTES
     there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     free = shutil.disk_usage(there).free
@@ -107,14 +108,14 @@ def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int)
 
 
 def megabytes(count: int) -> str:
-    """Return a number of bytes as a readable text."""
+    """Return a number of bytes as a readable text, such as "12 MB"."""
     return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.0f} MB"
 
 
 async def examine_model(
     use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
 ) -> AsyncIterator[Finding]:
-    """Yield the findings about one model; with `calls`, send about twenty calls, of which no answers are recorded."""
+    """Check one model. With `calls`, this sends about twenty calls; their answers are not recorded."""
     name = use.model.name
     if isinstance(use.model, HumanModel):
         yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tested here")
@@ -128,7 +129,7 @@ async def examine_model(
     if use.scenario.shows_images:
         yield _sight(info, use.scenario.name)
     if not calls:
-        yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
+        yield Finding("calls", name, Status.SKIPPED, "--no-calls: context, slots and seeds were not measured")
         return
     retried = with_tries(use)
     try:
@@ -154,7 +155,7 @@ async def examine_model(
 
 
 def _said(error: Exception) -> str:
-    """Return an error in one line, with its class unless it is foundry's."""
+    """Return an error as one line, with the class of the error unless it is one of foundry's."""
     kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
     return kind + one_line(error)
 
@@ -172,10 +173,10 @@ def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
     able = f", {', '.join(info.capabilities)}" if info.capabilities else ""
     if info.remote is not None:
         passed = f"{digest}{server}{able}; the server passes calls on to {info.remote}"
-        advice = "The digest does not cover its weights: report the model as a remote one."
+        advice = "The digest does not identify these weights: state in your report that the model is remote."
         return Finding("model", info.name, Status.WARNING, passed, advice)
     status = Status.OK if info.digest else Status.WARNING
-    advice = "" if info.digest else "A change of its weights cannot be detected: pin its version."
+    advice = "" if info.digest else "If its weights change, this cannot be detected: use a fixed version of the model."
     return Finding("model", info.name, status, digest + server + able, advice)
 
 
@@ -188,20 +189,19 @@ def _sight(info: ModelInfo, world: str) -> Finding:
 
 
 def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
-    """Report a model that is not completely in the GPU's memory."""
     if share := on_cpu(loaded):
         advice = "Calls are slow: use a smaller model, a smaller context or a stronger quantization."
         yield Finding("memory", name, Status.WARNING, share, advice)
 
 
 async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Finding]:
-    """Compare the weights that answer with the weights behind the cached answers, by four short calls."""
+    """Compare the weights that answer now with those that gave the cached answers, by four short calls."""
     canary = canary_of(model)
     if canary is None or info.digest is None:
         return
     replies = await CanaryAsker(model).ask()
     if not replies:
-        yield Finding("canary", model.name, Status.SKIPPED, "its server answers no canary")
+        yield Finding("canary", model.name, Status.SKIPPED, "its server answers no canary calls")
         return
     answers = existing_answers(cache)
     signs: Signs = ()
@@ -209,16 +209,18 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
         with contextlib.closing(answers):
             signs = KnownWeights(answers, canary, info.digest).all().get(info.digest, ())
     if not signs:
-        yield Finding("canary", model.name, Status.OK, "it answers; the answer cache knows no earlier one")
+        yield Finding(
+            "canary", model.name, Status.OK, "it answers; the cache of answers contains no canary to compare it with"
+        )
         return
     distance = max((Distance.between(signs, one) for one in replies), key=lambda one: one.order)
     status = Status.OK if distance.verdict is Verdict.SAME else Status.WARNING
-    found = f"{distance.verdict}, against the weights that gave the answers in the cache: {distance}"
+    found = f"{distance.verdict}, compared with the weights that gave the cached answers: {distance}"
     yield Finding("canary", model.name, status, found)
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
-    """Let the server count the tokens of the longest prompt, and compare them with the context."""
+    """Let the server count the tokens of the longest possible prompt, and compare them with the context."""
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
     try:
@@ -230,21 +232,22 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
 
 
 async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
-    """Report whether the prompt is too long even with common replies, or only with the longest replies."""
+    """Report whether the prompt is also too long with replies of common length, or only with the longest ones."""
     name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
         await use.model.ask(request_of(use, common.question))
     except RequestError:
         return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
-    found = f"{common.characters:,} characters, as with common replies, fit; {found}"
-    return Finding("context", name, Status.WARNING, found, "A run of very long replies would fail: raise the context.")
+    found = f"a prompt of {common.characters:,} characters, as after common replies, fits; {found}"
+    return Finding(
+        "context", name, Status.WARNING, found, "A run with very long replies would fail: raise the context."
+    )
 
 
 def _fit(
     name: str, info: ModelInfo, longest: SizedPrompt, tokens: int | None, *, limit: int, room: int | None
 ) -> Finding:
-    """Compare the tokens of the longest prompt with the context."""
     if tokens is None or room is None:
         return Finding("context", name, Status.SKIPPED, "the server reports no token counts or no context length")
     found = f"longest prompt {tokens:,} tokens ({longest.characters:,} characters) of {room:,}"
@@ -260,7 +263,6 @@ def _fit(
 
 
 def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
-    """Report the server's slots, as the server reports them or as measured."""
     times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
     if loaded.slots is None and measured.slots is None:
         reason = f"not measured: this machine was too slow to separate them from its own delays; {times}"
@@ -269,7 +271,9 @@ def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
         f"{measured.slots} at once" if loaded.slots is None else (f"{loaded.slots} at once, according to the server")
     )
     queues = (loaded.slots or measured.slots) == 1
-    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's equivalent)." if queues else ""
+    advice = (
+        "Calls wait for each other: raise OLLAMA_NUM_PARALLEL, or the similar setting of your server." if queues else ""
+    )
     return Finding("parallel slots", name, Status.OK, f"{slots}; {times}", advice)
 
 
@@ -280,7 +284,7 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
             "seeds", name, Status.WARNING, f"the same call gave two answers; {share}", "Seeds have no effect."
         )
     elif measured.equal_under_load < 1:
-        advice_seeds = "Parallel calls change answers: only the answer cache and the records make a study repeatable."
+        advice_seeds = "Parallel calls change answers, so only cached and recorded answers make a study repeatable."
         seeds = Finding("seeds", name, Status.WARNING, f"equal alone; {share}", advice_seeds)
     else:
         seeds = Finding("seeds", name, Status.OK, f"equal alone; {share}")
@@ -288,19 +292,19 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
 
 
 def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
-    """Report calls with problems that would not make a sweep fail."""
+    """Report problems with calls that would not stop a sweep."""
     if measured.repeated:
-        counted = f"{measured.repeated} of {measured.calls} calls were only answered when repeated"
-        yield Finding("tries", name, Status.WARNING, counted, "A sweep also repeats them, which takes time.")
+        counted = f"{measured.repeated} of {measured.calls} calls were answered only after they were repeated"
+        yield Finding("tries", name, Status.WARNING, counted, "A sweep repeats such calls too, which takes time.")
     if measured.undecided:
-        counted = f"{measured.undecided} of {measured.calls} replies contain nothing to read"
+        counted = f"{measured.undecided} of {measured.calls} replies contain no text to read"
         yield Finding(
             "replies", name, Status.WARNING, counted, "A sweep records such a decision as empty, cut or failed."
         )
 
 
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:
-    """Yield each finding as soon as it is made."""
+    """Check a sweep, and yield each finding as soon as it is made."""
     yield check_versions()
     scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
     yield from check_drawing(scenarios.values())
@@ -315,7 +319,6 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
 
 
 def _begun(settings: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the models at the start of the sweep in `output.dir`, if this sweep exists."""
     folder = settings["output"]["dir"]
     models = SweepFolder.open(Path(folder)).models if folder and Path(folder).exists() else []
     return {model["name"]: model for model in models}

@@ -1,4 +1,4 @@
-"""Estimates the time and the prompt tokens of a plan, from the measured speed and the lengths of prompts."""
+"""Estimates the time, the prompt tokens and the price of a plan, from measured speed and the length of prompts."""
 
 import math
 from collections import Counter, defaultdict
@@ -24,15 +24,15 @@ from foundry.worlds.base import Answer, Question, Scenario
 CHARACTERS_PER_TOKEN = 3.73
 """Characters per token of the filler text in the tokenizers of Qwen 3 and Llama 3; replies have at most as many."""
 COMMON_MESSAGE = 160
-"""Assumed characters of each agent's message."""
+"""Number of characters that is assumed for each message of an agent."""
 PRICED = 1_000_000
-"""Number of tokens to which a price refers."""
+"""A price is the price of this many tokens."""
 SLOW, FAST = 1, 20
-"""Calls per second of a laptop and of a server, for estimates without a measurement."""
+"""Calls per second that are assumed for a laptop and for a server if no speed was measured."""
 
 
 def remember_speed(cache: str, model: str, per_call_s: float) -> None:
-    """Record the seconds per call of a model, unless the cache is a database."""
+    """Store the seconds per call of a model beside the cache, unless the cache is a database."""
     if is_database(cache):
         return
     file = _file(cache)
@@ -41,7 +41,7 @@ def remember_speed(cache: str, model: str, per_call_s: float) -> None:
 
 
 def speeds(cache: str) -> dict[str, float]:
-    """Return the measured seconds per call by model; unreadable values count as not measured."""
+    """Return the measured seconds per call, by model; an unreadable file counts as no measurement."""
     if is_database(cache):
         return {}
     try:
@@ -56,7 +56,7 @@ def _file(cache: str) -> Path:
 
 @dataclass(frozen=True)
 class SizedPrompt:
-    """A question and the length of its prompt.
+    """A question, and the length of its prompt.
 
     Attributes:
         characters: length of the prompt without images.
@@ -67,7 +67,7 @@ class SizedPrompt:
 
 
 def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_tokens: int) -> SizedPrompt:
-    """Play an episode with the longest possible replies, and return its longest prompt."""
+    """Play an episode with the longest possible replies, and return the longest prompt in it."""
     room = int(reply_tokens * CHARACTERS_PER_TOKEN)
     questions = (question for step in _wordy_steps(scenario, seed, room) for question in step)
     sized = (SizedPrompt(question, _characters(prompt, question)) for question in questions)
@@ -75,13 +75,13 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
 
 
 def spread_questions(scenario: Scenario, seed: int, count: int) -> list[Question]:
-    """Return at most the given number of questions, spread over an episode with messages of common length."""
+    """Return questions, at most `count`, from all parts of an episode with messages of common length."""
     questions = [question for step in _wordy_steps(scenario, seed, COMMON_MESSAGE) for question in step]
     return questions[:: max(1, len(questions) // count)][:count]
 
 
 def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) -> str:
-    """Return, in words, how long the calls of a plan take if one model runs after the other; "" without calls."""
+    """Return, as text, how long the calls of a plan take if the models run one after another; "" without calls."""
     calls: Counter[str] = Counter()
     for run in planned:
         calls[run.model] += run.to_send
@@ -98,10 +98,10 @@ def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) ->
 
 
 def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] | None:
-    """Return the approximate prompt tokens of a plan, by model; None for prompts with images.
+    """Estimate the prompt tokens of a plan, by model; return None if prompts contain images.
 
-    For each world and prompt it plays an episode in which every agent sends a message of common length. It measures the
-    prompts of the first agent of each step.
+    For each world and prompt, this plays an episode in which every agent sends messages of common length, and measures
+    the prompt of the first agent in each step.
     """
     per_call: dict[str, float] = {}
     tokens: dict[str, float] = defaultdict(float)
@@ -124,13 +124,13 @@ def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> Counter[str] |
 
 @dataclass(frozen=True)
 class Cost:
-    """The price of a plan: an estimate for prompts, an upper bound for replies; None if unknown."""
+    """The price of a plan: an estimate for the prompts, and an upper bound for the replies; None if unknown."""
 
     prompts: float | None
     replies: float | None
 
     def line(self) -> str:
-        """Return the price in words."""
+        """Return the price as text."""
         prompts = "prompts hold images" if self.prompts is None else f"about {self.prompts:,.2f} for prompts"
         replies = "replies have no limit" if self.replies is None else f"at most {self.replies:,.2f} for replies"
         return f"cost: {prompts}, {replies}"
@@ -153,7 +153,7 @@ def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, in
 
 
 def price_of(model: Model) -> Price | None:
-    """Return the price of a model's tokens; None if unknown."""
+    """Return the price of the tokens of a model; None if it has no price."""
     serving = serving_of(model)
     return serving.price if isinstance(serving, HttpServing) else None
 
@@ -163,7 +163,7 @@ def _characters(prompt: Prompt, question: Question) -> int:
 
 
 def _wordy_steps(scenario: Scenario, seed: int, room: int) -> Iterator[Sequence[Question]]:
-    """Yield the questions of each step of an episode in which all agents fill the available characters."""
+    """Play an episode in which all agents fill the available characters, and yield the questions of each step."""
     world = scenario.start(seed)
     while not world.finished:
         questions = world.pending()

@@ -1,4 +1,4 @@
-"""Estimates the time and tokens of a sweep by a few calls with its real prompts."""
+"""Estimates the time and the tokens of a sweep by a few calls with its real prompts."""
 
 import asyncio
 from collections import Counter
@@ -28,12 +28,12 @@ MOST_OPEN = 16
 
 @dataclass(frozen=True)
 class Use:
-    """A served model, with one world and prompt of the sweep.
+    """A model on a server, with one world and one prompt of the sweep.
 
     Attributes:
-        model: the model without cache, limit and repeated tries.
-        key: key of the world, the prompt, and the model that the sweep names; the model may be a member of the latter.
-        runs: number of runs of the sweep with this model, world and prompt.
+        model: the model without cache, limit and repeated tries; it may be a member of a population.
+        key: key of the world, the prompt, and the model or population that the sweep names.
+        runs: number of runs of the sweep with this key.
     """
 
     model: Model
@@ -45,7 +45,7 @@ class Use:
 
 
 def uses_of(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
-    """Yield each served model once for each of its worlds and prompts in the sweep."""
+    """Yield each model on a server, once for each of its worlds and prompts in the sweep."""
     runs = Counter(key_of(sweep.conditions[run.condition].config) for run in sweep.runs)
     seen: set[str] = set()
     for condition in sweep.conditions:
@@ -70,28 +70,28 @@ def request_of(use: Use, question: Question) -> Request:
 
 
 def with_tries(use: Use) -> Use:
-    """Return the combination with a model that repeats failed calls as a sweep would."""
+    """Return the same use with a model that repeats failed calls as a sweep does."""
     return replace(use, model=RetriedModel(use.model, serving_of(use.model).retry))
 
 
 async def measured_calls(use: Use) -> LoadResult:
-    """Time calls spread over an episode, a few alone and more at once; a short episode gives some calls twice."""
+    """Measure the time of calls from all parts of an episode, first alone, then at once; a short one repeats calls."""
     requests = [request_of(use, question) for question in spread_questions(use.scenario, use.seed, BURST)]
     more = (msgspec.structs.replace(requests[at % len(requests)], seed=at) for at in range(BURST - len(requests)))
     return await measure_load(use.model, [*requests, *more])
 
 
 def on_cpu(loaded: Loaded) -> str:
-    """Return a note on a model that is not completely in the GPU's memory; otherwise ""."""
+    """Return a remark if a model is not completely in the GPU's memory; else an empty text."""
     return f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU" if loaded.on_cpu else ""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """The maximum number of calls to a model in a plan, and their cost in time and tokens, from a few timed calls.
+    """The maximum number of calls to a model in a plan, and the time and tokens that they take.
 
     Attributes:
-        alone_s: seconds of a call without other calls.
+        alone_s: seconds of a call beside no other call.
         per_call_s: seconds per call with as many calls at once as in the plan, at most sixteen.
         prompt_tokens: prompt tokens of all calls; None if the server does not report them.
         reply_tokens: reply tokens of all calls; None if the server does not report them.
@@ -115,7 +115,7 @@ class Estimate:
 
     @classmethod
     def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> "Estimate":
-        """Return the estimate for a number of calls; few agents in few runs cannot keep all slots of a server busy."""
+        """Return the estimate for this many calls. Few agents in few runs cannot keep all slots of a server busy."""
         at_once = min(use.runs, MOST_OPEN) * len(use.scenario.start(use.seed).pending())
         means = (measured.prompt_tokens, measured.output_tokens)
         prompts, replies = (None if mean is None else round(calls * mean) for mean in means)
@@ -131,7 +131,7 @@ class Estimate:
         )
 
     def line(self) -> str:
-        """Return the estimate in words."""
+        """Return the estimate as text."""
         parts = [
             f"{self.calls:,} calls take about {in_words(self.seconds)}",
             f"a call {self.alone_s:.2g} s alone, {self.per_call_s:.2g} s each at once",
@@ -151,7 +151,7 @@ def _cost(price: Price | None, prompt_tokens: int | None, reply_tokens: int | No
 
 
 def timed(sweep: Sweep, planned: Sequence[PlannedRun]) -> Iterator[Estimate]:
-    """Time about twenty calls of each served model in each of its worlds and prompts; no answer is stored.
+    """Measure about twenty calls of each model in each of its worlds and prompts; no answer is stored.
 
     Raises:
         FoundryError: a server cannot be reached, or does not answer.

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 async def seen_through(calls: Iterable[Awaitable[T]]) -> list[T]:
-    """Return the results of concurrent calls in order; all calls end before the first error is raised."""
+    """Run calls at the same time and return their results in order; raise the first error once all have ended."""
     results = await asyncio.gather(*calls, return_exceptions=True)
     values: list[T] = []
     for result in results:
@@ -47,11 +47,11 @@ class Request(msgspec.Struct, frozen=True):
     Attributes:
         messages: the rendered prompt.
         seed: sampling seed, 0..2^31-1.
-        observation: input of scripted models, including secrets of the world; never sent to a server.
+        observation: input of scripted models, with the world's secrets; it is never sent to a server.
         step: 1-based step.
         key: hash of everything that affects the answer; the key of the answer cache.
-        options: replies for each legal decision, if the world declares them.
-        idle: reply that does nothing, or None.
+        options: a reply for each legal decision, if the world declares them.
+        idle: the reply that decides to do nothing, or None.
     """
 
     messages: tuple[ChatMessage, ...]
@@ -66,10 +66,10 @@ class Request(msgspec.Struct, frozen=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """The model behind a reply, if the asked model passes requests on to others, or replays others.
+    """The model that gave a reply, if the asked model passes requests on to others or replays their records.
 
     Attributes:
-        digest: its digest on its server, or None.
+        digest: digest of the model on its server, or None.
         parameters: everything besides messages and seed that affects the answer.
         key: hash of everything that affects the answer.
     """
@@ -90,15 +90,15 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
         output_tokens: tokens of the reply, or None where unknown.
         timings: seconds by name: `total`, `load`, `prompt`, `output`, `queue` (all by the server's clock),
             `latency` (by the client's).
-        attempts: failed tries before this answer.
+        attempts: failed tries of the call before this answer.
         host: base URL of the answering server, or None.
-        server_version: version of the server, or its fingerprint without a version, or None.
+        server_version: version of the server, else the fingerprint that it reports, else None.
         served_model: name of the model in the server's reply, or None.
-        cached_tokens: prompt tokens from the server's prompt cache; None if not reported.
+        cached_tokens: prompt tokens that the server took from its prompt cache; None if not reported.
         remote: model and address to which the server passed the call, or None.
-        cached: whether the reply came from the cache of answers.
-        source: model that gave the reply; None for the asked model.
-        logprobs: its tokens with their log-probabilities; empty if not requested or not reported.
+        cached: whether the reply came from foundry's cache of answers.
+        source: the model that gave the reply, if it is not the asked model.
+        logprobs: tokens of the reply with their log-probabilities; empty if not requested or not reported.
     """
 
     text: str
@@ -119,10 +119,10 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UnusableReply(TransientError):
-    """A server's reply without usable content; after the last try it becomes the answer.
+    """A reply without usable content. The call is repeated; after the last try, this reply becomes the answer.
 
     Attributes:
-        reply: reply as received: without text, with the ending `stop` or `aborted`.
+        reply: the reply as received; it has no text, and the ending `stop` or `aborted`.
     """
 
     def __init__(self, message: str, reply: Reply) -> None:
@@ -132,21 +132,21 @@ class UnusableReply(TransientError):
 
 @dataclass(frozen=True, slots=True)
 class ModelInfo:
-    """A server's facts about a model.
+    """Facts about a model, as its server reports them.
 
     Attributes:
-        digest: hash of its weights, template and parameters, part of the keys of answers; None for scripted models.
-        weights: the digest without the server's flags; None if `digest` contains no flags.
+        digest: hash of the weights, template and parameters; it is part of the keys of answers. None for policies.
+        weights: the same hash without the server's flags; None if `digest` contains no flags.
         capabilities: such as `completion`, `vision`, `thinking`.
         undeclared: capabilities about which the server reports nothing; the user declares them by settings of these
             names.
         context_length: longest context in tokens, or None where unknown.
-        slots: number of calls that its servers process at the same time, or None where unknown.
-        remote: model and address to which its server passes calls, or None.
-        measured: True if its server reports no digest, so that `digest` identifies the weights by the canary.
-        members: models to which it passes requests.
-        states: further facts that change when its weights are replaced, by base URL of each server. The digest alone
-            does not show a replacement, since weights may be replaced and restored.
+        slots: number of calls that the servers process at the same time, or None where unknown.
+        remote: model and address to which the server passes calls, or None.
+        measured: True if the server reports no digest, so that `digest` identifies the weights by the canary.
+        members: models to which a population passes requests.
+        states: further facts that change when the weights are replaced, by base URL of each server. The digest alone
+            does not show that weights were replaced and restored.
     """
 
     name: str
@@ -164,16 +164,16 @@ class ModelInfo:
 
     @property
     def identity(self) -> str | None:
-        """Hash that must not change during a sweep; None if no facts are known."""
+        """The hash that must not change during a sweep; None if the server reports none."""
         return self.weights or self.digest
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A server's report on a loaded model; None for facts that it does not report.
+    """A server's report on a loaded model; a fact is None if the server does not report it.
 
     Attributes:
-        slots: number of calls that it processes at the same time.
+        slots: number of calls that the server processes at the same time.
         context_length: maximum number of tokens of one call.
         on_cpu: share of the model outside the GPU's memory, 0 to 1.
     """
@@ -184,7 +184,7 @@ class Loaded:
 
     @classmethod
     def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
-        """Combine the facts of several servers: the sum of slots, the shortest context, the largest share."""
+        """Combine the reports of several servers: add the slots, take the shortest context and the largest share."""
         servers = list(servers)
         slots = [server.slots for server in servers]
         lengths = [server.context_length for server in servers if server.context_length is not None]
@@ -195,11 +195,11 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class RunContext:
-    """The facts about a run that its model may know.
+    """The facts about a run that a model may know.
 
     Attributes:
-        calls_seed: seed of the calls' sampling seeds.
-        personas: persona of every agent, by id.
+        calls_seed: seed from which the sampling seed of each call is derived.
+        personas: persona of every agent, in the order of the agents' ids.
     """
 
     seed: int
@@ -213,11 +213,11 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        costs: whether its calls cost something, so that answers are cached, and calls limited and repeated. The
-            attribute `server` (`serving.Serving`) then holds the settings for this; else `serving.DEFAULT` applies.
-        in_process: whether it runs in the asking process, so that each worker has a copy.
-        replaceable: whether its weights may be replaced during a sweep. If `inspect` gives a digest, it is then
-            compared repeatedly.
+        costs: whether calls cost time or money. If so, foundry caches answers, and limits and repeats calls, by the
+            settings in the attribute `server` (`serving.Serving`), or by `serving.DEFAULT` without it.
+        in_process: whether the model runs in the asking process, so that each worker has a copy.
+        replaceable: whether the weights may be replaced during a sweep. If so, foundry compares the digest that
+            `inspect` gives again and again.
     """
 
     costs: bool = False
@@ -243,7 +243,7 @@ class Model(ABC):
         return await seen_through(map(self.ask, requests))
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer several requests; each reply is available as soon as it arrives."""
+        """Begin to answer several requests, and return a future for each reply."""
         return [asyncio.ensure_future(self.ask(request)) for request in requests]
 
     @abstractmethod
@@ -252,18 +252,18 @@ class Model(ABC):
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question it can answer; None for any."""
+        """The kinds of question that the model can answer; None if it can answer any."""
         return None
 
     def check(self, question: Question) -> None:
-        """Reject a world with questions that the model cannot answer, given the first question of each kind.
+        """Raise an error if the model cannot answer a question; preflight checks the first question of each kind.
 
         Raises:
             InputError: the model cannot answer the questions.
         """
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model for one run; it is the model itself, unless the answering model depends on the run.
+        """Return the model that answers in one run; only a population returns another model than itself.
 
         Raises:
             InputError: the model does not fit the run.
@@ -271,7 +271,7 @@ class Model(ABC):
         return self
 
     def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
-        """Return the model after wrapping it; a model that passes requests on to others has each of these wrapped."""
+        """Return the model with a wrapper around it; in a population, each member gets a wrapper."""
         return wrap(self)
 
     def costs_for(self, agent: int) -> bool:
@@ -279,7 +279,7 @@ class Model(ABC):
         return self.costs
 
     def roster(self) -> tuple[Member, ...]:
-        """Return which model answers for which agents; empty for a single model."""
+        """Return which member answers for which agents; empty if the model is no population."""
         return ()
 
     @property
@@ -309,32 +309,32 @@ class Model(ABC):
         return Loaded()
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether calls of a run should go to the server with the most room now."""
+        """Return a function that says whether the calls of a run suit the server that has the most room now."""
         return every_run
 
     @property
     def connections(self) -> int:
-        """Number of connections to its server so far; it grows after a restart of the server."""
+        """Number of connections opened to the server so far; it grows when the server was restarted."""
         return 0
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return the facts about weights in a reply, by name."""
+        """Return the facts in a reply that identify the weights, by name."""
         return {}
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model for canary calls, which are greedy and short, by the base URL of each of its servers.
+        """Return, by base URL of each server, a copy of the model that makes greedy, short calls for the canary.
 
         Args:
-            likeliest: number of log-probabilities per token; None if none are wanted.
+            likeliest: number of log-probabilities per token; None requests none.
         """
         return {}
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return the facts about the answering weights, for each member model."""
+        """Return what the canary calls found out about the weights, for the model or for each member."""
         return ()
 
     async def confirm(self) -> None:
-        """Check that the server still has the model of the sweep's start.
+        """Check that the server still has the model with which the sweep started.
 
         Raises:
             ModelChangedError: the server has a different model under this name.
@@ -352,19 +352,19 @@ class Model(ABC):
 
 
 def every_run(run: str | None) -> bool:
-    """Return True: the next call may come from any run."""
+    """Return True, since one server can take the call of any run."""
     return True
 
 
 def there(reply: Reply) -> asyncio.Future[Reply]:
-    """Return an awaitable for a reply that is already available."""
+    """Return a future that already holds the reply."""
     future: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
     future.set_result(reply)
     return future
 
 
 class RequestKeys:
-    """Hashes of everything that affects an answer: model, digest, parameters, sampling seed and messages."""
+    """Makes the keys of answers: hashes of model, digest, parameters, sampling seed and messages."""
 
     def __init__(self, model: Model, digest: str | None) -> None:
         self._prefix = _prefix(model.name, digest, model.parameters())
@@ -388,7 +388,7 @@ class RequestKeys:
 
 
 def logged(message: ChatMessage) -> dict[str, Any]:
-    """Return a message as in the log of calls: images by their SHA-256."""
+    """Return a message as the log of calls records it: each image is replaced by its SHA-256."""
     line: dict[str, Any] = {"role": message.role, "content": message.content}
     if message.images:
         line["images_sha256"] = [hashlib.sha256(image).hexdigest() for image in message.images]
@@ -411,13 +411,14 @@ Policy: TypeAlias = Callable[[Observation, Generator], str]
 
 
 class ScriptedModel(Model):
-    """A policy. Each further public method answers, in text, the kind of question that has the method's name.
+    """A policy in Python. A subclass has one method per kind of question, such as `action`, with the name of the kind.
 
-    Such a method takes the observation, which it must not change, and a random generator for this call.
+    The method gets the observation, which it must not change, and a random generator for this call. It returns the
+    reply as text.
     """
 
     def __init__(self, name: str, **settings: Any) -> None:
-        """Set its name, and the settings on which its replies depend."""
+        """Set the name of the model, and the settings on which its replies depend."""
         self.name, self.settings = name, settings
         self._policies = _policies(self)
         # Each class has a separate stream, so that a policy that wraps another does not use up the other's draws.
@@ -425,7 +426,7 @@ class ScriptedModel(Model):
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question it can answer; None for any."""
+        """The kinds of question that the policy can answer."""
         return tuple(self._policies)
 
     def reply(self, request: Request) -> Reply:

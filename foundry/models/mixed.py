@@ -1,4 +1,4 @@
-"""A population of several models, each of which answers for some agents."""
+"""A population: several models, each of which answers for some of the agents."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ from foundry.records import Member
 
 Personas = Sequence[Mapping[str, str]]
 STREAM = "members"
-"""The random stream, derived from the run's seed, that draws shares."""
+"""The random stream, derived from the run's seed, that draws which member gets which agent."""
 RULES = ("agents", "share", "persona")
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
 _TOLERANCE = 1e-6
@@ -23,10 +23,12 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Rule:
-    """The agents of a member; exactly one of the three rules is given.
+    """Which agents a member answers for, by exactly one of three rules.
 
     Attributes:
-        share: share of the agents without another rule, 0..1.
+        agents: ids of the agents.
+        share: share of the agents that no other rule names, 0..1.
+        persona: attributes that the persona of an agent must have.
     """
 
     agents: frozenset[int] | None = None
@@ -34,22 +36,22 @@ class Rule:
     persona: Mapping[str, str] | None = None
 
     def names(self, agent: int, persona: Mapping[str, str]) -> bool:
-        """Return whether this rule names an agent; a rule with a share names none."""
+        """Return whether this rule names an agent; a share names none."""
         if self.agents is not None:
             return agent in self.agents
         return self.persona is not None and all(persona.get(key) == value for key, value in self.persona.items())
 
 
 class MixedModel(Model):
-    """Passes the questions of each agent on to one of its members, which each have their own wrappers."""
+    """Passes the questions of each agent on to one of its members; each member has its own cache and limit."""
 
     def __init__(self, name: str, members: Mapping[str, Mapping[str, Any]]) -> None:
-        """Read the rules for agents.
+        """Read which member answers for which agents.
 
         Args:
             name: name of the population in tables.
-            members: by label: `model`, and one of `agents`, `share` and `persona`. `agents` is an id, a range such as
-                `0-9`, or a list; `share` is 0..1, or `50%`; `persona` is a mapping, or `attribute:value`.
+            members: each member's `model`, and one of `agents`, `share` and `persona`, by label. `agents` is an id, a
+                range such as `0-9`, or a list. `share` is 0..1, or `50%`. `persona` is a mapping, or `attribute:value`.
         """
         self.name = name
         self._rules = {label: _rule(label, member) for label, member in members.items()}
@@ -59,7 +61,7 @@ class MixedModel(Model):
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question that all members can answer; None for any."""
+        """The kinds of question that all members can answer; None if they can answer any."""
         limited = [set(model.kinds) for model in self._models.values() if model.kinds is not None]
         return tuple(sorted(set.intersection(*limited))) if limited else None
 
@@ -68,7 +70,7 @@ class MixedModel(Model):
         return {label: {"model": model.name, **model.parameters()} for label, model in self._models.items()}
 
     def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
-        """Return the population after wrapping each member."""
+        """Return the population with a wrapper around each member."""
         copy = MixedModel.__new__(MixedModel)
         copy.name, copy.costs, copy._rules = self.name, self.costs, self._rules
         copy._models = {label: model.wrapped(wrap) for label, model in self._models.items()}
@@ -86,11 +88,11 @@ class MixedModel(Model):
         return Population(self.name, labels, placed, digests)
 
     async def ask(self, request: Request) -> Reply:
-        """Raise an error: which member answers is known only within a run."""
+        """Raise an error, since only a run decides which member answers."""
         raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
 
     async def inspect(self) -> ModelInfo:
-        """Return the facts about the members; the capabilities are those that all served members have."""
+        """Return the facts about all members; a capability counts if all members whose calls cost have it."""
         infos = [await model.inspect() for model in self._models.values()]
         able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()
@@ -98,7 +100,7 @@ class MixedModel(Model):
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return the facts about the members' weights."""
+        """Return what the canary calls found out about each member's weights."""
         return tuple(canary for model in self._models.values() for canary in model.canaries())
 
     async def confirm(self) -> None:
@@ -123,7 +125,7 @@ class MixedModel(Model):
 
 
 class Population(Model):
-    """The models of one run, and their agents."""
+    """The members of a population in one run, with the agents of each."""
 
     def __init__(
         self, name: str, labels: Sequence[str], models: Mapping[str, Model], digests: Mapping[str, str | None]
@@ -141,7 +143,7 @@ class Population(Model):
         return {label: {"model": model.name, **self._parameters[label]} for label, model in self._models.items()}
 
     def costs_for(self, agent: int) -> bool:
-        """Return whether calls to the agent's member cost something."""
+        """Return whether calls cost something for this agent, that is, to its member."""
         return self._models[self._labels[agent]].costs
 
     def roster(self) -> tuple[Member, ...]:
@@ -156,11 +158,11 @@ class Population(Model):
         )
 
     async def ask(self, request: Request) -> Reply:
-        """Ask the agent's member to answer one request."""
+        """Pass one request on to the member that answers for its agent."""
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Ask every agent's member, all at the same time; all calls end before an error is raised."""
+        """Pass requests on to the members of their agents, all at once; raise an error only after all calls."""
         places: dict[str, list[int]] = {}
         for place, request in enumerate(requests):
             places.setdefault(self._labels[request.agent], []).append(place)
@@ -187,28 +189,28 @@ class Population(Model):
 
 
 def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) -> list[str]:
-    """Return the label of each agent's member, (N,)."""
+    """Return the label of the member that answers for each agent, (N,)."""
     _check_ids(name, rules, len(personas))
     labels: list[str | None] = []
     for agent, persona in enumerate(personas):
         naming = [label for label, rule in rules.items() if rule.names(agent, persona)]
         if len(naming) > 1:
-            raise InputError(f"Population '{name}': agent {agent} (seed {seed}) belongs to {' and to '.join(naming)}.")
+            both = " and ".join(naming)
+            raise InputError(f"Population '{name}': agent {agent} (seed {seed}) belongs to members {both}.")
         labels.append(naming[0] if naming else None)
     left = [agent for agent, label in enumerate(labels) if label is None]
     shares = {label: rule.share for label, rule in rules.items() if rule.share is not None}
     if left and not shares:
         raise InputError(
             f"Population '{name}': no member answers for agent{'s' if len(left) > 1 else ''} "
-            f"{', '.join(map(str, left[:5]))}{' ...' if len(left) > 5 else ''} (seed {seed}): give one of them a "
-            "share."
+            f"{', '.join(map(str, left[:5]))}{' ...' if len(left) > 5 else ''} (seed {seed}). Give one member a share."
         )
     drawn = iter(_drawn(shares, len(left), seed))
     return [next(drawn) if label is None else label for label in labels]
 
 
 def _drawn(shares: Mapping[str, float], agents: int, seed: int) -> list[str]:
-    """Return labels in the given shares by the method of largest remainders, in an order drawn from the seed."""
+    """Draw a label for each agent; the method of largest remainders converts shares to counts."""
     exact = {label: share * agents for label, share in shares.items()}
     counts = {label: int(number + _TOLERANCE) for label, number in exact.items()}
     for label in sorted(exact, key=lambda label: counts[label] - exact[label])[: agents - sum(counts.values())]:
@@ -222,8 +224,8 @@ def _check_ids(name: str, rules: Mapping[str, Rule], agents: int) -> None:
         beyond = [agent for agent in sorted(rule.agents or ()) if agent >= agents]
         if beyond:
             raise InputError(
-                f"Population '{name}', member '{label}': there is no agent {beyond[0]}; the world has {agents}, 0 "
-                f"to {agents - 1}."
+                f"Population '{name}', member '{label}': there is no agent {beyond[0]}. The world has agents 0 to "
+                f"{agents - 1}."
             )
 
 
@@ -231,8 +233,8 @@ def _check_shares(rules: Mapping[str, Rule]) -> None:
     shares = [rule.share for rule in rules.values() if rule.share is not None]
     if shares and abs(sum(shares) - 1) > _TOLERANCE:
         raise InputError(
-            f"model.members: the shares add up to {sum(shares):.3g}, not to 1; they divide the agents that no other "
-            "member names."
+            f"model.members: the shares add up to {sum(shares):.3g}, but must add up to 1. They apply to the "
+            "agents that no member lists by agents or persona."
         )
 
 
@@ -242,10 +244,10 @@ def _rule(label: str, member: Mapping[str, Any]) -> Rule:
     if unknown:
         raise not_found("Setting", f"{where}.{sorted(unknown)[0]}", [f"{where}.{key}" for key in ("model", *RULES)])
     if not isinstance(member.get("model"), Model):
-        raise InputError(f"{where} has no model: name one in the defaults list, as docs/models.md shows.")
+        raise InputError(f"{where} has no model: name one in the defaults list, as in docs/models.md.")
     given = [key for key in RULES if member.get(key) is not None]
     if len(given) != 1:
-        raise InputError(f"{where}: use exactly one of {', '.join(RULES)}.")
+        raise InputError(f"{where} must have exactly one of {', '.join(RULES)}.")
     value = member[given[0]]
     read: Mapping[str, Callable[[str, Any], Rule]] = {"agents": _agents, "share": _share, "persona": _persona}
     return read[given[0]](where, value)
@@ -269,7 +271,7 @@ def _share(where: str, value: Any) -> Rule:
     except ValueError:
         share = -1.0
     if not 0 < share <= 1:
-        raise InputError(f"{where}.share: '{value}' is not a share: use a number up to 1, or percent such as 50%.")
+        raise InputError(f"{where}.share: '{value}' is not a share. Use a number from 0 to 1, or such as 50%.")
     return Rule(share=share)
 
 
@@ -277,5 +279,5 @@ def _persona(where: str, value: Any) -> Rule:
     if isinstance(value, str) and value.count(":") == 1:
         value = dict([value.split(":")])
     if not isinstance(value, Mapping) or not value:
-        raise InputError(f"{where}.persona: '{value}' is neither a mapping nor attribute:value.")
+        raise InputError(f"{where}.persona: '{value}' is neither a mapping nor a text such as mood:calm.")
     return Rule(persona={str(key).strip(): str(text).strip() for key, text in value.items()})

@@ -1,4 +1,4 @@
-"""Transport settings of models whose calls cost something; they never affect an answer."""
+"""Settings that say how calls to a model are made: limits, repeats, timeouts. They never affect an answer."""
 
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -12,7 +12,7 @@ from foundry.models.base import Model
 Seconds = Annotated[float, msgspec.Meta(gt=0)]
 Count = Annotated[int, msgspec.Meta(ge=1)]
 RUN: ContextVar[str | None] = ContextVar("RUN", default=None)
-"""The run of the current task, if known; the calls of a run prefer one of several equal servers."""
+"""Id of the run that the current task plays, if known. With several equal servers, a run prefers one of them."""
 
 
 class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -27,19 +27,19 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
 
     def from_slots(self, slots: int) -> "InFlight":
-        """Return bounds that begin at their maximum: a call for each of the given slots, and one that waits."""
+        """Return bounds for a server with known slots: at most one call per slot and one that waits."""
         most = max(self.min, min(self.max, slots + 1))
         return msgspec.structs.replace(self, max=most, initial=most)
 
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Number of tries of a call, and the waits of `RetriedModel` between them.
+    """How often a call is tried, and how long `RetriedModel` waits between tries.
 
     Attributes:
         attempts: tries of a call, including the first.
-        unusable_attempts: tries of a call that gets unusable replies.
-        wait_initial_s: longest wait after the first failure, seconds; it doubles with every further failure.
-        wait_max_s: longest wait, seconds, unless the server requests a longer one.
+        unusable_attempts: tries of a call whose replies are unusable.
+        wait_initial_s: longest wait after the first failure, seconds. It doubles with every further failure.
+        wait_max_s: longest wait after any failure, seconds, unless the server requests a longer one.
     """
 
     attempts: Count
@@ -49,12 +49,12 @@ class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Transport settings of a model whose calls cost something.
+    """How calls to a model are made if they cost time or money.
 
     Attributes:
-        in_flight: bounds of the calls in flight.
-        retry: tries of a failed call.
-        workers: number of worker processes that may ask the model at the same time; None for all of the runner.
+        in_flight: bounds of the number of calls in flight.
+        retry: how failed calls are repeated.
+        workers: number of worker processes that may ask the model at the same time; None allows all of the runner.
     """
 
     in_flight: InFlight
@@ -70,15 +70,14 @@ class Price(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class HttpServing(Serving, frozen=True, kw_only=True):
-    """Transport settings of a model behind one or more equal servers.
+    """How calls to a model behind one or more equal HTTP servers are made.
 
     Attributes:
-        connect_timeout_s: limit for opening a connection, seconds.
-        read_timeout_s: timeout for one reply, from the connection to its last byte, including the wait in the server's
-            queue, seconds.
-        longest_pause_s: longest wait that a server may request, seconds; a longer request ends the sweep.
+        connect_timeout_s: longest time for opening a connection, seconds.
+        read_timeout_s: longest time for a whole reply, with the wait in the server's queue, seconds.
+        longest_pause_s: longest pause that a server may request, seconds. A longer one ends the sweep.
         canary: whether canary calls are made.
-        price: price of tokens, so that a plan can state the cost of a sweep; None if irrelevant.
+        price: price of tokens, from which a plan computes the cost of a sweep; None if no cost is wanted.
     """
 
     connect_timeout_s: Seconds
@@ -92,17 +91,17 @@ DEFAULT = Serving(
     in_flight=InFlight(min=1, max=64, initial=2),
     retry=Retry(attempts=6, unusable_attempts=2, wait_initial_s=0.5, wait_max_s=30.0),
 )
-"""The transport settings of a model that has no settings of its own."""
+"""The settings for a model whose class has no attribute `server`."""
 
 
 def serving_of(model: Model) -> Serving:
-    """Return the transport settings of a model whose calls cost something."""
+    """Return how calls to a model are made: its own settings, else the default ones."""
     serving = getattr(model, "server", None)
     return serving if isinstance(serving, Serving) else DEFAULT
 
 
 class ServedModel(Model):
-    """A model whose calls cost something, so that answers are cached, and calls limited and repeated."""
+    """A model whose calls cost time or money, so that answers are cached, and calls limited and repeated."""
 
     costs = True
     server: Serving
@@ -112,7 +111,7 @@ S = TypeVar("S", bound=Serving)
 
 
 def read_settings(settings: Mapping[str, Any], kind: type[S]) -> S:
-    """Return the checked settings under `server` of a model's YAML."""
+    """Check the settings under `server` of a model's YAML file, and return them as an object."""
     try:
         return msgspec.convert(dict(settings), kind)
     except msgspec.ValidationError as error:

@@ -1,7 +1,7 @@
-"""Independent, named random streams derived from a run's one seed.
+"""Makes independent random streams, each with a name, from the one seed of a run.
 
-Every stream is a child of `numpy.random.SeedSequence(seed)`; its spawn key is made of the stream's name. So another
-stream, or another draw from a stream, never changes the numbers of other streams.
+Every stream is a child of `numpy.random.SeedSequence(seed)`, with a spawn key made of the stream's name. So one more
+stream, or one more draw from a stream, never changes the numbers of other streams.
 """
 
 import zlib
@@ -10,12 +10,12 @@ from functools import lru_cache
 from numpy.random import Generator, SeedSequence, default_rng
 
 SEED_MASK = 0x7FFF_FFFF
-"""Sampling seeds are in 0..2^31-1: servers read larger or negative seeds as other seeds, or as random."""
+"""Limits sampling seeds to 0..2^31-1: servers read larger or negative seeds as other seeds, or as random."""
 
 _WORD = 0xFFFF_FFFF
 _MULTIPLIER = 0x931E8875
 _POOL = 4
-"""Words of 32 bits in a `SeedSequence`'s pool; algorithm and constants are M. O'Neill's `seed_seq_fe128`."""
+"""Number of 32-bit words in the pool of a `SeedSequence`; algorithm and constants: `seed_seq_fe128`, M. O'Neill."""
 
 
 @lru_cache(maxsize=256)
@@ -24,22 +24,22 @@ def _name_key(name: str) -> int:
 
 
 def stream(seed: int, name: str) -> Generator:
-    """Return the generator of the stream `name` of a run with this seed."""
+    """Return the random generator of the stream with this name, in a run with this seed."""
     return default_rng(SeedSequence(seed, spawn_key=(_name_key(name),)))
 
 
 def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0) -> int:
     """Return the seed, 0..2^31-1, with which a backend samples the reply of one call.
 
-    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`; if `again` is not 0, the key ends with
-    it. The state before the agent is cached, since calls of a step differ in the agent alone.
+    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`; if `again` is not 0, it is the last
+    part of the key. The state before the agent is cached, since the calls of a step differ only in the agent.
 
     Args:
         seed: seed of the run's calls.
         step: 1-based step.
         agent: id of the asked agent.
         kind: kind of question.
-        again: number of earlier questions of this kind to the agent in the step.
+        again: number of earlier questions of this kind to this agent in this step.
     """
     if again:
         sequence = SeedSequence(seed, spawn_key=(_name_key("call:" + kind), step, agent, again))

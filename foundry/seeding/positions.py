@@ -1,4 +1,4 @@
-"""Draws the positions of places and fires in a 2D world that draws them for each seed."""
+"""Draws the positions of places and fires in a 2D world, if each seed has its own positions."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -13,12 +13,12 @@ from foundry.errors import InputError
 
 Settings = TypeVar("Settings", bound=msgspec.Struct)
 MOST_TRIES = 10_000
-"""Maximum number of draws of all places; after that, they count as having no room without overlaps."""
+"""After this many draws in which places overlap, the places count as too many for the grid."""
 
 
 @dataclass(frozen=True)
 class Positions:
-    """One draw, in the order of the settings.
+    """Drawn positions, in the order of the world's settings.
 
     Attributes:
         places: the centres of the places, (P, 2).
@@ -45,10 +45,10 @@ class Positions:
 
 
 class PositionLaw:
-    """The distribution of positions: places lie on the grid and share no cell; fires burn in any cell.
+    """The distribution from which positions are drawn: places lie on the grid and share no cell; fires burn anywhere.
 
     All arrangements of the places are equally likely, and so are all cells of a fire. If the `starts` of agents are
-    given, no place holds a start: this is the distribution of positions given the starts, if each agent starts in any
+    given, no place covers a start. This is the distribution of positions given the starts, if each agent starts in any
     cell outside all places.
     """
 
@@ -59,13 +59,13 @@ class PositionLaw:
         fires: int,
         starts: NDArray[np.int64] | None = None,
     ) -> None:
-        """Find the centres that each place can have.
+        """Find all possible centres of each place.
 
         Args:
             half_size: both axes run from -half_size to +half_size.
             extents: cells from the centre of each place to its edge, (P, 2).
             fires: number of fires.
-            starts: cells that no place may hold, (N, 2), or None.
+            starts: cells that no place may cover, (N, 2), or None.
 
         Raises:
             InputError: a place is larger than the grid.
@@ -79,7 +79,7 @@ class PositionLaw:
         """Return one draw.
 
         Raises:
-            InputError: there is no room for all places without overlaps.
+            InputError: the places are too large or too many to lie on the grid without overlaps.
         """
         for _ in range(MOST_TRIES):
             places = np.array([centres[rng.integers(len(centres))] for centres in self._centres], dtype=np.int64)
@@ -92,7 +92,7 @@ class PositionLaw:
         )
 
     def _possible(self, extent: NDArray[np.int64], starts: NDArray[np.int64] | None) -> NDArray[np.int64]:
-        """Return the centres for which a place lies on the grid and holds no start, (C, 2)."""
+        """Return the centres at which a place lies on the grid and covers no start, (C, 2)."""
         across, along = (np.arange(half - self._half_size, self._half_size - half + 1) for half in extent.tolist())
         centres = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
         if not len(centres):
@@ -107,7 +107,7 @@ class PositionLaw:
     def _starts_within(
         self, centres: NDArray[np.int64], extent: NDArray[np.int64], starts: NDArray[np.int64]
     ) -> NDArray[np.int64]:
-        """Return how many starts a place at each centre would hold, (C,), by cumulative sums over the grid."""
+        """Return how many starts a place at each centre would cover, (C,), by cumulative sums over the grid."""
         width = 2 * self._half_size + 1
         sums = np.zeros((width + 1, width + 1), dtype=np.int64)
         np.add.at(sums, tuple((starts + self._half_size + 1).T), 1)

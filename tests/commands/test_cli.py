@@ -66,7 +66,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["sampling_seed=1,2"], "add -m"),
         (["model=scripted/random", "seed=-1"], "seed=-1 is not a seed"),
         (["-m", "model=scripted/random", "seed=9-2"], "write seed=2-9"),
-        (["-m", "model=scripted/random", "runner.workers=1,2"], "'runner.workers' cannot be swept"),
+        (["-m", "model=scripted/random", "runner.workers=1,2"], "'runner.workers' cannot have several values"),
         (["model=scripted/random", "world.steps=many"], "world.steps"),
         (["model=scripted/random", "world.agents=-3"], "world.agents"),
         (["model=scripted/random", "record.frames=often"], "a number of steps; got often"),

@@ -70,9 +70,9 @@ def test_a_class_below_one_with_a_public_name_has_its_own(module: Callable[[str,
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("nowhere.Mine", "own.Mine says that its public name is 'nowhere.Mine', which cannot be imported."),
-        ("own.Nobody", "own.Mine says that its public name is 'own.Nobody', which cannot be imported."),
-        ("", "own.Mine says that its public name is '', which cannot be imported."),
+        ("nowhere.Mine", "own.Mine has the public_name 'nowhere.Mine', which cannot be imported."),
+        ("own.Nobody", "own.Mine has the public_name 'own.Nobody', which cannot be imported."),
+        ("", "own.Mine has the public_name '', which cannot be imported."),
         ("foundry.worlds.grid.grid_world.GridScenario", "which is another class."),
     ],
 )

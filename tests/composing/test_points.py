@@ -29,7 +29,7 @@ def test_a_sweep_is_composed_once_a_condition_with_all_its_seeds(workspace):
         ),
         ("world=bar,fishery world.agent=3", "Setting 'world.agent' not found. Did you mean 'world.agents'?"),
         ("world=bar world.capacit=1", "Setting 'world.capacit' not found. Did you mean 'world.capacity'?"),
-        ("world=bar +world.capacity=1", "Setting 'world.capacity' exists already: leave out the +"),
+        ("world=bar +world.capacity=1", "Setting 'world.capacity' exists already. Leave out the +"),
     ],
 )
 def test_a_setting_that_a_condition_lacks_is_told_with_what_lacks_it(asked: str, told: str):

@@ -120,8 +120,8 @@ def test_the_canary_is_held_against_the_weights_that_gave_the_answers_in_the_cac
         first = looked(server)
         succeeds("model=openai/a", "analyze=false", *FEW, cwd=tmp_path, **to(server))
         same = looked(server)
-    assert first == "it answers; the answer cache knows no earlier one"
-    assert same.startswith("same, against the weights")
+    assert first == "it answers; the cache of answers contains no canary to compare it with"
+    assert same.startswith("same, compared with the weights")
 
 
 @pytest.mark.parametrize("damaged", ["", "{", "[1]", '{"a": "b"}'])
@@ -227,7 +227,7 @@ def test_a_context_is_held_against_the_longest_prompt_and_the_reply_behind_it(tm
         tokens = int(whole["context"]["found"].split()[2].replace(",", ""))
         for num_ctx, exit_code, said in (
             (512, 3, "is refused"),
-            (1500, 0, "characters, as with common replies, fit"),
+            (1500, 0, "characters, as after common replies, fits"),
             (tokens + 100, 0, "would be cut"),
         ):
             code, found = findings(server, tmp_path, "model=llama3.2", f"model.options.num_ctx={num_ctx}")
@@ -252,7 +252,7 @@ def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatC
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
     assert found["replies"]["status"] == "warning"
-    assert found["replies"]["found"] == "21 of 21 replies contain nothing to read"
+    assert found["replies"]["found"] == "21 of 21 replies contain no text to read"
 
 
 @pytest.mark.parametrize("case", [busy(), DROPPED])
@@ -261,7 +261,7 @@ def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path:
     with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
-    assert found["tries"]["found"] == "1 of 21 calls were only answered when repeated"
+    assert found["tries"]["found"] == "1 of 21 calls were answered only after they were repeated"
 
 
 def test_a_server_that_fails_every_try_is_a_problem(tmp_path: Path):

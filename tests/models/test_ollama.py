@@ -110,7 +110,7 @@ def test_unloading_frees_the_model_on_every_host():
         ({"format": "json"}, "model.format 'json' not found"),
         ({"format": "schema", "schemas": None}, "needs a JSON Schema"),
         ({"options": {"temprature": 1}}, "Did you mean 'temperature'"),
-        ({"options": {"seed": 1}}, "set per call"),
+        ({"options": {"seed": 1}}, "set for each call"),
         ({"options": {"num_ctx": None}}, "num_ctx must be a number of tokens"),
         ({"server": {"read_timeout_s": 0}}, r"model.server: Expected `float` > 0"),
         ({"server": {"read_timout_s": 5}}, "unknown field `read_timout_s`"),

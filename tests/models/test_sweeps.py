@@ -178,7 +178,7 @@ def test_a_world_that_shows_images_wants_to_know_whether_the_model_sees(openai):
     with OpenAIServer() as server:
         done = openai(server, "model=openai/a", "world=kibo_paper")
     assert done.returncode == 2
-    assert "set model.vision=true if it does" in done.stderr
+    assert "Use model.vision=true if it does" in done.stderr
 
 
 SIX = ("world.agents=6", "world.steps=2", "analyze=false", "runner.workers=1")
@@ -219,7 +219,7 @@ def test_one_that_says_by_an_old_name_that_it_costs_something_is_refused_before_
 ):
     monkeypatch.setattr(Paid, "remote", True, raising=False)
     done = own("paid", "one")
-    assert done.returncode == 2 and "has an attribute `remote`: it is called `costs` now" in done.stderr
+    assert done.returncode == 2 and "has an attribute `remote`, which is called `costs` now" in done.stderr
     assert done.stderr.count("\n") == 1 and Paid.asked == [] and not (workspace / "one").exists()
 
 

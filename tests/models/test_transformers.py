@@ -256,7 +256,7 @@ def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_loc
 @pytest.mark.parametrize(
     ("weights", "says"),
     [
-        ("nowhere/at-all", "get it with: hf download nowhere/at-all"),
+        ("nowhere/at-all", "Get it with: hf download nowhere/at-all"),
         ("/no/such/folder", "is not a folder"),
         ("empty", "is not a model"),
     ],

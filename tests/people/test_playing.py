@@ -87,7 +87,7 @@ def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_
 ):
     done = foundry("probe", "pilot", *ASKED, "repeats=1", cwd=pilot)
     assert done.returncode == 3
-    assert "can only be asked on a page: continue with foundry play" in done.stderr
+    assert "can only answer on a page. Continue with: foundry play" in done.stderr
     assert "Traceback" not in done.stderr
     for told in (done, foundry("resume", "asked", cwd=pilot)):
         assert "try the failed runs again with: foundry play asked\n" in told.stdout

@@ -40,8 +40,8 @@ def test_shares_and_ids_and_personas_are_exact_and_the_seed_draws_the_rest():
         ("mix/scripted/randam@100%", "Did you mean 'scripted/random'"),
         ("mix/scripted/random@3-1+scripted/stay@100%", "'3-1' is neither"),
         ("mix/scripted/random@gender:robot", "no member answers"),
-        ("mix/scripted/random@0+scripted/stay@0-3", "agent 0 (seed 0) belongs to m1 and to m2"),
-        ("mix/scripted/random@0-4", "there is no agent 4; the world has 4"),
+        ("mix/scripted/random@0+scripted/stay@0-3", "agent 0 (seed 0) belongs to members m1 and m2"),
+        ("mix/scripted/random@0-4", "there is no agent 4. The world has agents 0 to 3"),
     ],
 )
 def test_a_population_that_cannot_be_is_refused_before_anything_runs(model: str, expected: str, tmp_path: Path):

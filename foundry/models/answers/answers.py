@@ -1,4 +1,4 @@
-"""The cache of answers, shared by runs, sweeps and processes, and through a database server by machines."""
+"""The cache of answers. Runs, sweeps and processes share it; with a database server, machines share it too."""
 
 import zlib
 from abc import ABC, abstractmethod
@@ -16,16 +16,16 @@ _SECRETS = frozenset(("password", "sslpassword"))
 Row: TypeAlias = tuple[str, str, bytes, int]
 """A row to store: key, name of the model, encoded reply, checksum."""
 Found: TypeAlias = tuple[str, object, int, str | None]
-"""A row read from the cache: key, encoded reply, checksum, and the mark of an unconfirmed answer."""
+"""A row read from the cache: key, encoded reply, checksum, and mark (None if the answer is confirmed)."""
 
 
 def is_database(where: str | Path) -> bool:
-    """Return whether a cache is the address of a database, not a file."""
+    """Return whether the address of a cache names a database server, not a file."""
     return "://" in str(where)
 
 
 def settled(where: str) -> str:
-    """Return the location of the cache in a form that may be recorded and is valid in any working directory."""
+    """Return the address of the cache as sweeps record it: valid in any working directory, without a password."""
     if not is_database(where):
         return str(Path(where).absolute())
     check_address(where)
@@ -33,7 +33,7 @@ def settled(where: str) -> str:
 
 
 def check_address(url: str) -> None:
-    """Reject a database address of an unknown kind, or with a password in it."""
+    """Raise an error for a database address of an unknown kind, or with a password in it."""
     parts = urlsplit(url)
     if parts.scheme not in ("postgresql", "postgres"):
         raise InputError(
@@ -41,8 +41,8 @@ def check_address(url: str) -> None:
         )
     if parts.password is not None or not _SECRETS.isdisjoint(parse_qs(parts.query, keep_blank_values=True)):
         raise InputError(
-            f"cache={parts.scheme}://... holds a password, which would be recorded in the sweep: put it into "
-            "PGPASSWORD or the password file."
+            f"cache={parts.scheme}://... contains a password, and a sweep records this address. Put the password "
+            "into PGPASSWORD or the password file."
         )
 
 
@@ -50,7 +50,7 @@ class Kept(msgspec.Struct, frozen=True, gc=False):
     """A cached answer.
 
     Attributes:
-        mark: state of the server when it gave the answer; None once the answer is confirmed.
+        mark: text that identifies the state of the server when it gave the answer; None once the answer is confirmed.
     """
 
     reply: Reply
@@ -58,10 +58,10 @@ class Kept(msgspec.Struct, frozen=True, gc=False):
 
 
 class Answers(ABC):
-    """Replies by the hash of everything that affects them.
+    """Stores replies under keys, which are hashes of everything that affects a reply.
 
-    Every row has a checksum; a row that does not match its checksum counts as absent. The cache also stores the marks
-    of unconfirmed answers, with numbers that grow with each commit, and the removals of such answers.
+    Every row has a checksum; a row that does not match its checksum counts as absent. An unconfirmed answer also has a
+    mark and a number that grows with each commit. The cache remembers when answers with a mark were removed.
     """
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ class Answers(ABC):
 
     @abstractmethod
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
-        """Return the existing answers by key, without damaged rows."""
+        """Return the cached answers by key; a key without an intact answer is left out."""
 
     @abstractmethod
     def put(self, replies: Mapping[str, Reply], model: str, marks: Mapping[str, str] | None = None) -> None:
@@ -79,31 +79,31 @@ class Answers(ABC):
         Args:
             replies: replies by key.
             model: name of the model.
-            marks: state of the server, by the key of each unconfirmed reply; replaces older marks.
+            marks: mark of each unconfirmed reply, by key. It replaces an older mark.
         """
 
     @abstractmethod
     def newest(self) -> int:
-        """Return a number that is below the number of every later answer."""
+        """Return a number that is below the number of every answer that is stored later."""
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm answers with one of the given marks and a number up to the given one, by removing their marks."""
+        """Confirm the answers that have one of these marks and a number of at most `newest`, by removing the marks."""
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with one of the given marks, and return how many were deleted."""
+        """Delete the answers that have one of these marks, and return how many were deleted."""
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers with one of the given marks."""
+        """Return a number that grows whenever any process removes answers that have one of these marks."""
 
     @abstractmethod
     def close(self) -> None:
         """Free the resources."""
 
     def get(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the existing replies, confirmed or not, by key."""
+        """Return the cached replies, confirmed or not, by key."""
         return {key: kept.reply for key, kept in self.find(keys).items()}
 
     def count(self, keys: Sequence[str]) -> int:
@@ -116,7 +116,7 @@ class Answers(ABC):
             yield key, model, blob, zlib.crc32(blob)
 
     def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, Kept]:
-        """Return the undamaged rows that were requested; a damaged file may return others."""
+        """Return the undamaged rows that were asked for; a damaged file may return other rows."""
         asked, found = frozenset(keys), {}
         for key, blob, crc, mark in rows:
             reply = self._read(blob, crc) if key in asked else None

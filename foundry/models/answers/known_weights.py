@@ -1,4 +1,4 @@
-"""The known sets of weights behind one name, each with its canary; they are stored in the cache of answers."""
+"""Remembers, in the cache of answers, the canary of each set of weights that was found behind the name of a model."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ Signs = tuple[Sign, ...]
 
 
 def with_weights(info: ModelInfo, digest: str) -> ModelInfo:
-    """Return the facts about a model, given the digest of the weights that answer."""
+    """Return the facts about a model with the digest of the weights that answer now."""
     _, mark, weights = digest.partition(MARK)
     if info.digest is None or not mark:
         return info
@@ -29,20 +29,20 @@ class _Row(msgspec.Struct):
 
 
 class KnownWeights:
-    """The canaries of one name, in the order of their discovery.
+    """The canaries of all sets of weights found behind one name, in the order in which they were found.
 
-    Each canary is stored as an answer, under a key made of its prompts and its number.
+    Each canary is stored as an answer. Its key is made of the prompts of the canary and its number.
     """
 
     def __init__(self, answers: Answers, model: Model, digest: str) -> None:
-        """Take the cache, the model for canary calls, and the digest of any of its sets of weights."""
+        """Take the cache, the model that makes canary calls, and the digest of any of its sets of weights."""
         self._answers = answers
         self._name = model.name
         self._plain = listed(digest)
         self._keys = RequestKeys(model, self._plain)
 
     def all(self) -> dict[str, Signs]:
-        """Return the canary of each set of weights, by digest."""
+        """Return the canary of each known set of weights, by digest."""
         known: dict[str, Signs] = {}
         for number in range(MOST):
             reply = self._answers.get([key := self._key(number)]).get(key)
@@ -53,14 +53,14 @@ class KnownWeights:
         return known
 
     def add(self, signs: Signs, digest: str) -> None:
-        """Store the canary of weights under their digest."""
+        """Store the canary of a set of weights under the digest of these weights."""
         row = Reply(text=msgspec.json.encode(_Row(digest, signs)).decode())
         self._answers.put({self._key(len(self.all())): row}, self._name)
 
     def digest_of(self, signs: Signs) -> str:
-        """Return the digest of the known weights that match a canary; if none match, store it as new weights."""
+        """Return the digest of the known weights that match a canary. If none match, store new weights."""
         distances = {digest: Distance.between(known, signs) for digest, known in self.all().items()}
-        near = {digest: one for digest, one in distances.items() if one.verdict is not Verdict.OTHER}
+        near = {digest: away for digest, away in distances.items() if away.verdict is not Verdict.OTHER}
         if near:
             return min(near, key=lambda digest: near[digest].order)
         digest = f"{self._plain}{MARK}{short_of(signs)}" if distances else self._plain

@@ -6,7 +6,7 @@ from foundry.models.answers.answers import Answers, is_database
 
 
 def open_answers(where: str | Path) -> Answers:
-    """Open or create a cache: a file, or a database `postgresql://host/database`."""
+    """Open a cache, or create it: a file, or a database such as `postgresql://host/database`."""
     if is_database(where):
         from foundry.models.answers.postgres import PostgresAnswers
 
@@ -22,6 +22,6 @@ def existing_answers(where: str | Path) -> Answers | None:
 
 
 def check_reachable(where: str) -> None:
-    """Open a database once, so that a wrong address is reported before a sweep starts."""
+    """Open the cache once if it is a database, so that a wrong address is reported before a sweep starts."""
     if is_database(where):
         open_answers(where).close()

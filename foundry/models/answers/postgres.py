@@ -21,9 +21,9 @@ _SCHEMA = (
 )""",
     "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
 )
-"""The tables. A database without the last two gets them when it is opened; its answers then count as confirmed."""
+"""The tables. If a database lacks the last two, they are added when it is opened, and its answers are confirmed."""
 _CREATION_LOCK = 0x666F756E
-"""Lock for creating tables: two sessions that do so at the same time may both fail, even with IF NOT EXISTS."""
+"""Lock while tables are created: two sessions that create them at once may both fail, even with IF NOT EXISTS."""
 _FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
@@ -33,13 +33,13 @@ _REMOVE = """WITH gone AS (DELETE FROM unconfirmed WHERE mark = ANY(%s) RETURNIN
 DELETE FROM answers WHERE key IN (SELECT key FROM gone)"""
 _INSTALL = "pip install 'foundry-worlds[postgres]'"
 _RESTART_S = 60
-"""Seconds that a server may be absent, for example for a restart, before the sweep ends."""
+"""Longest time without the server, for example during its restart, before the sweep ends, seconds."""
 
 
 class PostgresAnswers(Answers):
-    """Replies in a table `answers`. The password comes from PGPASSWORD or the password file, never from the URL.
+    """A cache in a PostgreSQL database. The password comes from PGPASSWORD or the password file, never from the URL.
 
-    A connection closed by the server is opened again.
+    If the server closes the connection, a new one is opened.
     """
 
     def __init__(self, url: str) -> None:
@@ -72,7 +72,7 @@ class PostgresAnswers(Answers):
         return self._driver.connect(self.url, autocommit=True, connect_timeout=10)
 
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
-        """Return the existing answers by key, without damaged rows."""
+        """Return the cached answers by key; a key without an intact answer is left out."""
         rows = self._again(lambda connection: connection.execute(_FIND, (list(keys),)).fetchall())
         return self._intact(keys, ((key, bytes(blob), crc, mark) for key, blob, crc, mark in rows))
 
@@ -82,31 +82,31 @@ class PostgresAnswers(Answers):
         self._again(lambda connection: _insert(connection, rows, marked))
 
     def newest(self) -> int:
-        """Return the number of the newest unconfirmed answer; 0 without one.
+        """Return the number of the newest unconfirmed answer, or 0.
 
-        An answer with a number that is not yet committed also counts as earlier.
+        An answer that got its number before, but is not committed yet, also counts as earlier.
         """
         return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm answers with one of the given marks and a number up to the given one, by removing their marks."""
+        """Confirm the answers that have one of these marks and a number of at most `newest`."""
         delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
         self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with one of the given marks, and return how many were deleted."""
+        """Delete the answers that have one of these marks, and return how many were deleted."""
         removed: int = self._again(lambda connection: _delete(connection, list(marks)))
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers with one of the given marks."""
+        """Return a number that grows whenever any process removes answers that have one of these marks."""
         return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
 
     def _number(self, query: str, *parameters: Any) -> int:
         return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
 
     def _again(self, work: Any) -> Any:
-        """Do the work; repeat it over a new connection if the old connection is gone. All work here can be repeated."""
+        """Do the work, and repeat it over a new connection if the old one is gone; all work here may be repeated."""
         try:
             return self._until_back(self._once, work)
         except self._driver.Error as error:

@@ -21,7 +21,7 @@ _SCHEMA = (
     "CREATE TABLE IF NOT EXISTS commits (only INTEGER PRIMARY KEY, number INTEGER NOT NULL)",
     "CREATE TABLE IF NOT EXISTS removals (number INTEGER PRIMARY KEY AUTOINCREMENT, mark TEXT NOT NULL)",
 )
-"""The tables. A file without the last three gets them when it is opened; its answers then count as confirmed."""
+"""The tables. If a file lacks the last three, they are added when it is opened, and its answers are confirmed."""
 _FIND = """SELECT answers.key, CAST(reply AS BLOB), crc, mark FROM answers
 LEFT JOIN unconfirmed ON unconfirmed.key = answers.key WHERE answers.key IN"""
 _COUNT = """INSERT INTO commits VALUES (1, 1)
@@ -32,7 +32,7 @@ _LOCK_RETRY_S = 0.01
 
 
 class SqliteAnswers(Answers):
-    """Replies in a file, which many processes may open; raises StorageError if the file cannot be used."""
+    """A cache in a file, which many processes may open; raises StorageError if the file cannot be used."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -51,7 +51,7 @@ class SqliteAnswers(Answers):
             ) from error
 
     def _switch_to_wal(self) -> None:
-        """Switch to WAL mode. Wait for other processes that do so, which the connection's timeout does not cover."""
+        """Switch to WAL mode, and wait for other processes that do so: the connection's timeout does not cover this."""
         given_up = time.monotonic() + _LOCK_WAIT_S
         while True:
             try:
@@ -64,7 +64,7 @@ class SqliteAnswers(Answers):
             time.sleep(_LOCK_RETRY_S)
 
     def find(self, keys: Sequence[str]) -> dict[str, Kept]:
-        """Return the existing answers by key, without damaged rows."""
+        """Return the cached answers by key; a key without an intact answer is left out."""
         answers: dict[str, Kept] = {}
         for start in range(0, len(keys), _CHUNK):
             chunk = keys[start : start + _CHUNK]
@@ -87,13 +87,13 @@ class SqliteAnswers(Answers):
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm answers with one of the given marks and a number up to the given one, by removing their marks."""
+        """Confirm the answers that have one of these marks and a number of at most `newest`."""
         with self._changing() as database:
             delete = f"DELETE FROM unconfirmed WHERE mark IN {_places(marks)} AND number <= ?"
             database.execute(delete, (*marks, newest))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with one of the given marks, and return how many were deleted."""
+        """Delete the answers that have one of these marks, and return how many were deleted."""
         marked = f"unconfirmed WHERE mark IN {_places(marks)}"
         with self._changing() as database:
             delete = f"DELETE FROM answers WHERE key IN (SELECT key FROM {marked})"
@@ -104,7 +104,7 @@ class SqliteAnswers(Answers):
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers with one of the given marks."""
+        """Return a number that grows whenever any process removes answers that have one of these marks."""
         query = f"SELECT coalesce(max(number), 0) FROM removals WHERE mark IN {_places(marks)}"
         return int(self._rows_of(query, tuple(marks))[0][0])
 
@@ -116,7 +116,7 @@ class SqliteAnswers(Answers):
 
     @contextmanager
     def _changing(self) -> Iterator[sqlite3.Connection]:
-        """Open a transaction that is committed at the end, or rolled back."""
+        """Open a transaction; at the end it is committed, or rolled back after an error."""
         try:
             try:
                 self._database.execute("BEGIN IMMEDIATE")

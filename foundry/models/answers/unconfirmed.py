@@ -1,4 +1,4 @@
-"""Handles answers that count only after their server has been found to have unchanged weights."""
+"""Handles unconfirmed answers: they count only once their server was checked and has unchanged weights."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ WAYS_ON = (
 
 
 def marks_of(info: ModelInfo) -> dict[str | None, str]:
-    """Return the state of each server of a model, by base URL; None if no server is known.
+    """Return a mark for each server of a model, by base URL (None for a model without an address).
 
-    Equal marks mean that a server had the same weights under one name, and that they were not replaced in between.
+    If a server has the same mark twice, it had the same weights both times, and they were not replaced in between.
     """
     if info.identity is None:
         return {}
@@ -28,7 +28,7 @@ def marks_of(info: ModelInfo) -> dict[str | None, str]:
 
 @dataclass(frozen=True)
 class Moment:
-    """The unconfirmed answers at the time when a server is asked.
+    """The unconfirmed answers just before a server is checked.
 
     Attributes:
         newest: number of the newest unconfirmed answer in the cache.
@@ -40,15 +40,15 @@ class Moment:
 
 
 class Unconfirmed:
-    """The usable cached answers of one model.
+    """The cached answers of one model that may be used.
 
-    An answer is stored with a mark of its server's state. If the server is unchanged when asked again, the marks of all
-    earlier answers are removed, for all processes. If the server has changed, the marked answers are removed from the
-    cache. So the next user of the cache confirms or removes the answers of a killed worker. A marked answer of another
-    server, or of a server that has changed, counts as absent.
+    An answer is stored with a mark, which identifies the state of its server. If a later check finds the server
+    unchanged, the marks of all earlier answers are removed, for all processes. If the server has changed, the marked
+    answers are deleted. So the next user of the cache confirms or deletes the answers of a killed worker. A marked
+    answer of another server, or of a server that has changed, counts as absent.
 
     Attributes:
-        changed: why no further calls are allowed, once the server has changed.
+        changed: the error that every further call raises once the server has changed; None before.
     """
 
     def __init__(self, answers: Answers, info: ModelInfo | None = None, weights_of: Told = lambda reply: {}) -> None:
@@ -56,8 +56,8 @@ class Unconfirmed:
 
         Args:
             answers: the cache.
-            info: the server's facts at the start of the sweep; None if they cannot change.
-            weights_of: function that reads the facts about weights from a reply.
+            info: what the server said about the model when the sweep started; None if this cannot change.
+            weights_of: function that returns the facts in a reply that identify the weights.
         """
         self.changed: ModelChangedError | None = None
         self._answers = answers
@@ -71,11 +71,11 @@ class Unconfirmed:
 
     @property
     def any_used(self) -> bool:
-        """True if an unconfirmed answer was used."""
+        """True if an answer was used that is not confirmed yet."""
         return bool(self._used)
 
     def find(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the existing and usable answers, by key."""
+        """Return the cached answers that may be used, by key."""
         answers = self._answers.find(keys)
         waiting = {key for key, kept in answers.items() if kept.mark is not None}
         if not waiting:
@@ -87,7 +87,7 @@ class Unconfirmed:
         return {key: kept.reply for key, kept in answers.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
-        """Raise an error unless the server still has its weights, according to known facts and to a reply."""
+        """Raise an error if the server is known to have changed, or if a reply shows it."""
         if self.changed is not None:
             raise self.changed
         if reply is None:
@@ -108,11 +108,11 @@ class Unconfirmed:
         return self._marks[host] if host in self._marks else next(iter(self._marks.values()))
 
     def moment(self) -> Moment:
-        """Return the answers that are unconfirmed now; call this before asking the server."""
+        """Return the answers that are unconfirmed now; call this before the server is checked."""
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm the answers of a moment, if the server's facts, read later, are unchanged."""
+        """Confirm the answers of a moment if the facts that the server gave after it are unchanged."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)
@@ -121,7 +121,7 @@ class Unconfirmed:
         self._used -= moment.used
 
     def change(self, how: str) -> ModelChangedError:
-        """Remove the unconfirmed answers and return the error with the cause; later calls return the same error."""
+        """Delete the unconfirmed answers, and return the error with the cause; later calls return the same error."""
         if self.changed is None:
             removed = self._answers.remove(self._known)
             message = f"Model '{self._name}' changed during the sweep ({how}). {WAYS_ON}"
@@ -136,5 +136,4 @@ class Unconfirmed:
 
 
 def _digest(marks: Mapping[str | None, str]) -> str:
-    """Return the digest that marks contain, shortened for display."""
     return next(iter(marks.values()), "none none").split(" ")[1]

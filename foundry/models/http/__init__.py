@@ -1,1 +1,1 @@
-"""Common parts of backends over HTTP."""
+"""The parts that all backends over HTTP share."""

@@ -15,11 +15,11 @@ from foundry.models.serving import RUN
 
 SCHEME_PORTS = {"http": 80, "https": 443}
 ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
-"""Addresses on which a server may listen but which no client can call, each with the address to call instead."""
+"""Addresses on which a server may listen but that no client can call, each with the address to call instead."""
 
 
 def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
-    """Return the base URL of a host such as `gpu1`, `:8080`, `[::1]:8000` or `https://x/path/`."""
+    """Return the base URL of a server that a user wrote as `gpu1`, `:8080`, `[::1]:8000` or `https://x/path/`."""
     shown = host.rpartition("@")[2]
 
     def refusal(why: str) -> InputError:
@@ -55,7 +55,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
 
 
 def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
-    """Return the facts on which all servers agree; `infos` are by base URL."""
+    """Return the facts about a model if all servers, given by base URL, have the same weights; else raise an error."""
     first = next(iter(infos.values()))
     if len({info.identity for info in infos.values()}) > 1:
         digests = ", ".join(f"{host} has {(info.identity or 'none')[:12]}" for host, info in infos.items())
@@ -65,19 +65,19 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
 
 
 MEMORY = 50
-"""Number of answers remembered for each host."""
+"""Number of recent answers per host from which its capacity is estimated."""
 LEAST_ANSWERED = 1.0
-"""Minimum number of answers that is assumed, so that a slow host is tried again."""
+"""Smallest number of recent answers that is assumed for a host, so that a slow one is tried again."""
 PREFERENCE = 1 / 8
-"""Share of further calls in flight that a run's own host may have compared with others. It counts from eight calls on,
-so that no slot of another host stays empty.
+"""A run's own host may have this share more calls in flight than others. This is less than one call below eight calls,
+so no slot of another host stays empty.
 """
 MOST_HOMES = 128
-"""Maximum number of runs with a remembered host; fewer runs than this are open at the same time."""
+"""Maximum number of runs whose host is remembered; fewer runs than this are open at the same time."""
 
 
 class HostPool:
-    """Equal servers; each call goes to the one with the fewest calls in flight relative to its capacity.
+    """Chooses the server of each call: the one with the fewest calls in flight relative to its capacity.
 
     The capacity of a server is the square root of its number of recent answers. Without the root, a server with more
     calls would answer more and get ever more calls. With the root, equal servers get equal numbers, and a faster
@@ -85,9 +85,8 @@ class HostPool:
     its failures in a row counts as one more call in flight until it answers again. Failures are also forgotten while
     other servers answer, so a server that was down is tried again, even with few calls in flight.
 
-    The calls of a run share the beginnings of their prompts, so they go to one host, which has these in its prompt
-    cache. Of the waiting calls, those for a host with room come first. A host may exceed its part by a few calls of its
-    own runs.
+    The prompts of a run begin alike, so its calls go to one host, which then has the beginning in its prompt cache. If
+    calls wait, those for a host with room come first. A host may get a few calls more than its part from its own runs.
     """
 
     def __init__(self, hosts: tuple[str, ...]) -> None:
@@ -99,7 +98,7 @@ class HostPool:
 
     @contextmanager
     def least_loaded(self) -> Iterator[str]:
-        """Count one call against the least loaded host or the run's own, and yield its base URL."""
+        """Choose the host of one call, yield its base URL, and count the call as in flight meanwhile."""
         host = self._choice()
         self._in_flight[host] += 1
         try:
@@ -114,7 +113,7 @@ class HostPool:
             self._in_flight[host] -= 1
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether a run's calls suit the least loaded host, or may go to any host."""
+        """Return a function that says whether the calls of a run suit the host that has the most room now."""
         if len(self.hosts) == 1:
             return every_run
         served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
@@ -141,7 +140,7 @@ class HostPool:
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return the calls in flight relative to capacity, then the answers, so that equal hosts alternate."""
+        """Return the calls in flight relative to capacity, and the recent answers, by which equal hosts alternate."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

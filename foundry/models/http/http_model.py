@@ -1,4 +1,4 @@
-"""Common parts of models behind HTTP servers, for any API."""
+"""The base class of models behind HTTP servers, for any API."""
 
 import copy
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ FORMATS = (None, "schema")
 
 
 class HttpModel(ServedModel):
-    """Asks one or more equal servers; a subclass calls `_reach` and sets the schemas of replies."""
+    """Asks one or more equal servers. A subclass calls `_reach`, and sets the schemas of replies."""
 
     server: HttpServing
     _pool: HostPool
@@ -37,34 +37,34 @@ class HttpModel(ServedModel):
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question with a schema; None, which means any kind, without schemas."""
+        """The kinds of question that have a schema; None, for any kind, if replies are free text."""
         return None if self._schemas is None else tuple(self._schemas)
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether calls of a run should go to the server with the most room now."""
+        """Return a function that says whether the calls of a run suit the server that has the most room now."""
         return self._pool.next_served()
 
     @property
     def connections(self) -> int:
-        """Number of opened connections."""
+        """Number of connections opened so far."""
         return self._transport.opened
 
     def _on_each_host(self, settings: Any) -> Mapping[str, Model]:
-        """Return a copy of the model with other settings of calls for each server, by base URL."""
+        """Return, by base URL, a copy of the model that asks this server only, with other settings of calls."""
         models = {host: copy.copy(self) for host in self.hosts if self.server.canary}
         for host, model in models.items():
             model.settings, model._schemas, model._pool = settings, None, HostPool((host,))
         return models
 
     async def close(self) -> None:
-        """Free connections; a later call opens new connections, even in another event loop."""
+        """Close all connections; a later call opens new ones, even in another event loop."""
         await self._transport.close()
 
 
 def schemas_of(format: str | None, schemas: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-    """Return the schemas for replies, by kind of question, or None for free text."""
+    """Return the JSON Schema of replies by kind of question; None if `format` asks for free text."""
     if format not in FORMATS:
         raise not_found("model.format", str(format), ["null", "schema"])
     if format == "schema" and not schemas:
-        raise InputError("format=schema needs a JSON Schema per kind of question under `schemas`.")
+        raise InputError("model.format=schema needs a JSON Schema for each kind of question under model.schemas.")
     return schemas if format == "schema" else None

@@ -1,4 +1,4 @@
-"""Log-probabilities in replies; OpenAI's and Ollama's API give them in one form."""
+"""Reads log-probabilities in replies, which have the same form in OpenAI's and in Ollama's API."""
 
 import math
 from collections.abc import Mapping
@@ -13,19 +13,19 @@ MOST = 20
 
 
 def checked_logprobs(likeliest: int | None) -> int | None:
-    """Return the setting `model.logprobs`, or reject a value that no server accepts."""
+    """Return the setting `model.logprobs`; raise an error for a value that no server accepts."""
     if likeliest is not None and not (isinstance(likeliest, int) and 1 <= likeliest <= MOST):
         raise InputError(f"model.logprobs must be a number from 1 to {MOST} or null; got {likeliest}.")
     return likeliest
 
 
 def logprobs_asked(likeliest: int | None) -> dict[str, Any]:
-    """Return the fields of a body that request this many likeliest tokens per token; None requests none."""
+    """Return the fields of a body that ask for this many likeliest tokens per token; none if it is None."""
     return {} if likeliest is None else {"logprobs": True, "top_logprobs": likeliest}
 
 
 def read_logprobs(value: Any) -> tuple[TokenLogprobs, ...]:
-    """Return the tokens in a list of a reply; empty if it is not a list of tokens."""
+    """Return the tokens that a reply lists; empty if the value is not a list of tokens."""
     tokens = [_token(item) for item in value] if isinstance(value, list) else []
     return () if None in tokens else tuple(token for token in tokens if token is not None)
 

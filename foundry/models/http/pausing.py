@@ -1,4 +1,4 @@
-"""The pauses that servers request in headers, and the delay of calls."""
+"""Reads how long a server wants clients to wait, and delays the calls to it."""
 
 import asyncio
 import logging
@@ -14,13 +14,13 @@ from foundry.errors import BackendError, ServerError, TransientError
 from foundry.models.http.transport import Origin
 
 SAID_FROM_S = 30.0
-"""Minimum length of a pause that is reported to the user, since nothing moves meanwhile, seconds."""
+"""Pauses from this length on are reported to the user, since nothing happens meanwhile, seconds."""
 LONGEST_RESET_S = 1e8
-"""Longest duration, seconds; a larger value is a point in time, as some services give it."""
+"""Longest duration, seconds. A larger value is not a duration, but a point in time, as some services send it."""
 ORDERS = {"retry-after-ms": 1e-3, "retry-after": 1.0}
-"""Headers that give a waiting time, and their unit in seconds."""
+"""Headers with a time to wait, each with the length of its unit in seconds."""
 BUDGETS = tuple((f"x-ratelimit-remaining-{kind}", f"x-ratelimit-reset-{kind}") for kind in ("requests", "tokens"))
-"""Headers that give a remaining budget, and headers with the time of its reset."""
+"""Pairs of headers: how many requests or tokens are left, and when the budget is full again."""
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 DURATION = re.compile(r"(?:\d+(?:\.\d+)?(?:ms|us|h|m|s))+")
 PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|h|m|s)")
@@ -51,14 +51,14 @@ class Pause:
         self._until = max(self._until, now + wait_s)
 
     async def over(self, origin: Origin) -> None:
-        """Wait until calls are allowed."""
+        """Wait until the server may be called again."""
         while (left_s := self._until - self._clock()) > 0:
             if left_s > self._longest_s:
                 raise self._too_long(origin, left_s)
             await self._sleep(left_s)
 
     def judged(self, error: BackendError, origin: Origin) -> BackendError:
-        """Return the error; if the requested wait is too long, return an error that ends the sweep."""
+        """Return the error, or an error that ends the sweep if it requests too long a wait."""
         wait_s = error.retry_after_s if isinstance(error, TransientError) else None
         return self._too_long(origin, wait_s) if wait_s is not None and wait_s > self._longest_s else error
 
@@ -70,10 +70,10 @@ class Pause:
 
 
 def wait_asked(headers: Mapping[str, str]) -> float | None:
-    """Return the seconds that a response requests before the next call, or None.
+    """Return how many seconds a response asks clients to wait before the next call; None if it does not ask.
 
-    `Retry-After` (and `Retry-After-Ms`) is an order. Otherwise an exhausted budget of requests or tokens requires a
-    wait until its reset.
+    `Retry-After` or `Retry-After-Ms` comes first. Otherwise, if no requests or tokens are left, clients must wait until
+    the server resets their budget.
     """
     for name, unit_s in ORDERS.items():
         ordered = seconds_to_wait(headers.get(name), datetime.now(UTC)) if name in headers else None
@@ -84,7 +84,7 @@ def wait_asked(headers: Mapping[str, str]) -> float | None:
 
 
 def parse_reset(text: str) -> float | None:
-    """Return the seconds in a duration such as `20ms`, `1s`, `6m0s` or plain `12.5`, else None."""
+    """Return the seconds in a duration such as `20ms`, `1s`, `6m0s` or `12.5`; None for any other text."""
     text = text.strip()
     try:
         seconds = _duration(text) if DURATION.fullmatch(text) else float(text)
@@ -105,7 +105,7 @@ def _used_up(left: str | None) -> bool:
 
 
 def seconds_to_wait(retry_after: str | None, now: datetime) -> float | None:
-    """Return the seconds in a `Retry-After` header, a number or a date; else None."""
+    """Return the seconds that a `Retry-After` header gives as a number or a date; None for any other text."""
     if retry_after is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Calls over HTTP, and the common parts of their responses in any API."""
+"""Makes calls over HTTP, and reads the parts of responses that all APIs share."""
 
 import functools
 import json
@@ -18,10 +18,10 @@ from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
 MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to parse input at")
-"""Texts of errors with status 500 that the model's own output causes: first Ollama's, then two of llama.cpp's."""
+"""Texts of errors with status 500 that the output of the model causes: one of Ollama, then two of llama.cpp."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
-"""Maximum number of characters of a recorded name from a server."""
+"""Maximum number of characters of a name from a server that is recorded."""
 NUMBERS = (int, float)
 LARGEST_NUMBER = sys.float_info.max
 LARGEST_COUNT = 2**53 - 1
@@ -33,10 +33,10 @@ OK = 200
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The answering server and model.
+    """The server and the model that answer a call.
 
     Attributes:
-        server: name of the server in errors.
+        server: what errors call the server.
     """
 
     host: str
@@ -100,11 +100,11 @@ class Transport:
 
     @property
     def opened(self) -> int:
-        """Number of opened connections."""
+        """Number of connections opened so far."""
         return self._opened
 
     async def close(self) -> None:
-        """Free connections; a later call opens new ones, also in another event loop."""
+        """Close all connections; a later call opens new ones, also in another event loop."""
         session, self._session = self._session, None
         if session is not None:
             await session.close()
@@ -143,19 +143,18 @@ def _timeout(total_s: float, connect_s: float) -> aiohttp.ClientTimeout:
 
 
 async def _body(response: aiohttp.ClientResponse, origin: Origin) -> bytes:
-    """Return the body, decompressed."""
     body = bytearray()
     while chunk := await response.content.readany():
         body += chunk
         if len(body) > LARGEST_BODY:
             raise TransientError(
-                f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, and was not read further."
+                f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, so it was not read to its end."
             )
     return bytes(body)
 
 
 def decoded(content: bytes | str) -> Any:
-    """Return the content of a JSON body; None if it is not JSON, or nested too deep to be a reply."""
+    """Return the content of a JSON body; None if it is not JSON, or is nested too deep to be a reply."""
     try:
         return msgspec.json.decode(content)
     except (msgspec.DecodeError, UnicodeError, RecursionError):
@@ -163,7 +162,7 @@ def decoded(content: bytes | str) -> Any:
 
 
 def _decoded_loosely(content: bytes | str) -> Any:
-    """Return the content of a body that may be damaged; for valid JSON, `json` gives it too, four times slower."""
+    """Return the content of a body that may be damaged. `json` would read valid JSON too, but four times slower."""
     text = content.decode("utf-8", "replace") if isinstance(content, bytes) else content
     try:
         return json.loads(text)
@@ -172,7 +171,7 @@ def _decoded_loosely(content: bytes | str) -> Any:
 
 
 def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
-    """Return the JSON object in a body with status 200."""
+    """Return the JSON object in the body of a response with status 200."""
     body = decoded(content)
     if body is None:
         raise TransientError(f"{origin}: its reply is not JSON, or was cut ({len(content)} bytes).")
@@ -182,7 +181,7 @@ def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
 
 
 def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
-    """Return a number of tokens; if the value is not a count, return None and report it once."""
+    """Return a number of tokens in a reply. If the value is not a count, return None and log this once."""
     value = body.get(key)
     if value is None or (_is_number(value) and value <= LARGEST_COUNT and value == int(value)):
         return None if value is None else int(value)
@@ -193,7 +192,7 @@ def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
 def seconds_in(
     body: Mapping[str, Any], keys: Sequence[str], origin: Origin, *, per_s: float = 1e9
 ) -> list[float] | None:
-    """Return durations in seconds, 0 for absent ones; if a value is wrong, return None and report it once."""
+    """Return durations in seconds; an absent one is 0. If a value is wrong, return None and log this once."""
     for key in keys:
         if not _is_number(body.get(key, 0)):
             _say_unknown(origin, key)
@@ -202,7 +201,7 @@ def seconds_in(
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether every JSON reader reads the value as a number of at least 0; true and NaN are not such numbers."""
+    """Return whether every JSON reader reads the value as a number of at least 0; true and NaN are none."""
     return isinstance(value, NUMBERS) and not isinstance(value, bool) and 0 <= value <= LARGEST_NUMBER
 
 
@@ -214,27 +213,27 @@ def _say_unknown(origin: Origin, key: str) -> None:
 
 
 def name_in(value: Any) -> str | None:
-    """Return a name from a server; None if it is empty or not a text."""
+    """Return a name that a server sent; None if it is empty or not a text."""
     return without_surrogates(value[:LONGEST_NAME]) if isinstance(value, str) and value else None
 
 
 def names_in(value: Any) -> tuple[str, ...]:
-    """Return the texts in a list; empty if it is not a list."""
+    """Return the texts in a list that a server sent; empty if the value is not a list."""
     return tuple(one for one in value if isinstance(one, str)) if isinstance(value, list) else ()
 
 
 def length_in(value: Any) -> int | None:
-    """Return the length of a context, tokens; None if the value is not a length."""
+    """Return a length or a number that a server sent, such as a context in tokens; None if it is not positive."""
     return value if isinstance(value, int) and not isinstance(value, bool) and 0 < value <= LARGEST_COUNT else None
 
 
 def aborted_reply(origin: Origin) -> Reply:
-    """Return the reply of a model that gave up."""
+    """Return the reply to a call at which the model gave up."""
     return Reply(text="", ending=ABORTED, host=origin.host, server_version=origin.version)
 
 
 def model_failure(origin: Origin, line: str) -> UnusableReply | None:
-    """Return the error if a server rejects a call because its model failed; None for any other cause."""
+    """Return the error for a call that failed because of the output of the model; None for any other cause."""
     failed = any(part in line for part in MODEL_FAILED)
     return UnusableReply(line, aborted_reply(origin)) if failed else None
 

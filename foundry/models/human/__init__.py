@@ -1,1 +1,1 @@
-"""People as models, and the desk that asks them."""
+"""People who answer in place of a model, and the desk that puts questions to them."""

@@ -1,4 +1,4 @@
-"""Holds questions to people until they are answered; a page shows one at a time."""
+"""Keeps questions to people until they are answered; a page shows one question at a time."""
 
 import asyncio
 import threading
@@ -17,7 +17,7 @@ Schema = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Asked:
-    """A question waiting at the desk."""
+    """A question that waits at the desk."""
 
     number: int
     person: str
@@ -27,13 +27,13 @@ class Asked:
 
 @dataclass(frozen=True)
 class Standing:
-    """The visible state of a desk.
+    """The state of a desk, as the page shows it.
 
     Attributes:
-        version: grows with every change.
+        version: number that grows with every change.
         agreed: whether the person agreed to be asked; before that, no question is shown.
-        question: the current question, or None.
-        waiting: number of waiting questions, including the current one.
+        question: the question that is shown, or None.
+        waiting: number of questions without an answer, including the one that is shown.
     """
 
     version: int
@@ -53,14 +53,14 @@ class _Waiting:
 
 
 class Desk:
-    """Shows questions one at a time and takes one answer to each. An event loop asks; any thread may answer."""
+    """Shows questions one at a time, and takes one answer to each. An event loop asks; any thread may answer."""
 
     def __init__(self, *, blind: bool = False, clock: Callable[[], float] = time.perf_counter) -> None:
-        """Set the order.
+        """Set the order of questions.
 
         Args:
-            blind: whether questions come in an order that hides their origin; otherwise they come by step and agent.
-            clock: time in seconds.
+            blind: whether questions come in an order that hides where they come from, not by step and agent.
+            clock: function that returns the time, seconds.
         """
         self._blind = blind
         self._clock = clock
@@ -73,7 +73,7 @@ class Desk:
         self._agreed = self._over = False
 
     async def ask(self, person: str, request: Request, schema: Schema | None) -> Reply:
-        """Wait without limit for a person's answer."""
+        """Put a question to a person, and wait without limit for the answer."""
         with self._changed:
             if self._over:
                 raise Interrupted
@@ -96,13 +96,13 @@ class Desk:
             self._note()
 
     def answer(self, number: int, text: str) -> None:
-        """Take the answer to the current question."""
+        """Take the answer to the question that is shown."""
         if not text.strip():
-            raise InputError("An empty answer is not possible: choose, or write something.")
+            raise InputError("The answer is empty: choose an option, or write something.")
         with self._changed:
             waiting = self._now
             if waiting is None or waiting.asked.number != number:
-                raise InputError(f"Question {number} is no longer asked: it was answered, or the sitting ended.")
+                raise InputError(f"Question {number} is no longer asked: it has an answer, or the sitting ended.")
             seconds = self._clock() - self._since
             self._forget(waiting)
             self._answered += 1
@@ -110,7 +110,7 @@ class Desk:
             waiting.loop.call_soon_threadsafe(_settle, waiting.reply, reply)
 
     def leave(self) -> None:
-        """End the sitting: unanswered questions stay open, and no more are asked."""
+        """End the sitting: questions without an answer stay open, and no more are asked."""
         with self._changed:
             self._over = True
             for waiting in list(self._waiting.values()):
@@ -119,7 +119,7 @@ class Desk:
             self._note()
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Standing:
-        """Return the state of the desk as soon as its version is newer than the known version, or patience ends."""
+        """Return the state of the desk as soon as its version is above `after`, or once the patience has passed."""
         with self._changed:
             self._changed.wait_for(lambda: self._version > after, patience_s)
             question = None if self._now is None else self._now.asked
@@ -141,7 +141,7 @@ class Desk:
 
 
 def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None:
-    """Give a question its answer, unless nobody waits for the answer any more."""
+    """Give a question its answer, unless nobody waits for it any more."""
     if future.done():
         return
     if isinstance(outcome, Reply):
@@ -151,12 +151,12 @@ def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None
 
 
 DESK: ContextVar[Desk | None] = ContextVar("DESK", default=None)
-"""The desk of a command that has a page; None in all other commands."""
+"""The desk of a command that asks people on a page; None in all other commands."""
 
 
 @contextmanager
 def seated(desk: Desk) -> Iterator[None]:
-    """Ask people at the desk only while the block runs."""
+    """Let people answer at this desk while the block runs."""
     before = DESK.set(desk)
     try:
         yield

@@ -1,4 +1,4 @@
-"""A person as a model, who sees the model's prompts on a page."""
+"""A person who answers in place of a model, and sees its prompts on a page."""
 
 import re
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from foundry.models.human.desk import DESK, Desk, Schema
 from foundry.models.serving import InFlight, Retry, ServedModel, Serving
 
 MOST_WAITING = 1 << 16
-"""Maximum number of questions that wait on the page."""
+"""Maximum number of questions that wait for people at the same time."""
 _NAME = re.compile(r"\w[\w-]{0,39}")
 
 
 class HumanModel(ServedModel):
-    """A person who answers; the cache keeps the answers as for any model, so nobody is asked a question twice.
+    """A person who answers. The cache keeps the answers as for any model, so nobody is asked a question twice.
 
-    Each call waits for the person without a time limit. Without a page, a question that is not cached gets no answer.
+    Each call waits for the person without a time limit. In a command without a page, only cached answers exist.
     """
 
     in_process = True
@@ -31,34 +31,34 @@ class HumanModel(ServedModel):
         """Take the settings of `conf/model/human.yaml`."""
         if not _NAME.fullmatch(person):
             raise InputError(
-                f"model.person='{person}' is not a valid name: write model=human/<name> with letters, digits, - and "
-                "_, at most 40, such as human/p07."
+                f"model.person='{person}' is not a valid name: write model=human/<name>, with at most 40 letters, "
+                "digits, - and _, such as human/p07."
             )
         self.name = name
         self._person = person
         self._schemas = dict(schemas or {})
 
     def parameters(self) -> dict[str, Any]:
-        """Return the answers that the page offers; apart from them, it shows only the prompt."""
+        """Return the name, and the choices that the page offers; apart from them, it shows only the prompt."""
         return {"person": self._person, "schemas": self._schemas}
 
     async def inspect(self) -> ModelInfo:
-        """Return the facts: people can see."""
+        """Return the capabilities: people can see."""
         return ModelInfo(self.name, capabilities=("completion", "vision"))
 
     async def warm_up(self) -> None:
-        """Check that a page exists."""
+        """Raise an error if the command has no page."""
         self._desk()
 
     async def ask(self, request: Request) -> Reply:
-        """Wait for the person's answer."""
+        """Put the question to the person, and wait for the answer."""
         return await self._desk().ask(self._person, request, self._schemas.get(request.kind))
 
     def _desk(self) -> Desk:
         desk = DESK.get()
         if desk is None:
             raise ServerError(
-                f"Person '{self.name}' has not answered everything yet, and can only be asked on a page: continue "
-                "with foundry play <the sweep's folder>."
+                f"Person '{self.name}' has not answered everything yet, and can only answer on a page. Continue "
+                "with: foundry play <the sweep's folder>"
             )
         return desk

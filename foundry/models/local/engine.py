@@ -1,4 +1,4 @@
-"""Runs a model of the `transformers` library: prompts in, texts out, in batches, with a seed for each."""
+"""Runs a model of the `transformers` library: it answers prompts in batches, each with its own seed."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 LONGEST_REASON = 300
 ATTENTION = [SDPBackend.FLASH_ATTENTION, SDPBackend.EFFICIENT_ATTENTION, SDPBackend.MATH]
-"""All kernels except cuDNN's, which in half precision can give different texts for one call (measured on an H200)."""
+"""All kernels but cuDNN's, which can give one call different texts in half precision (measured on an H200)."""
 VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 
 class SeededRows:
-    """Chooses the next token of every row by the row's own generator, and leaves no choice to the library.
+    """Chooses the next token of every row with a random generator for this row, so that the library chooses nothing.
 
     One uniform number per row and token is looked up in the row's cumulative distribution. Rounding depends on the
     batch, but changes a choice only if the number is next to a boundary.
@@ -60,7 +60,7 @@ class SeededRows:
 
 
 def _kept_chances(values: Any, sampling: Sampling) -> Any:
-    """Return unnormalised probabilities of logits in descending order, shape (rows, kept); 0 for dropped tokens."""
+    """Return unnormalised probabilities of logits in descending order, shape (rows, kept); a dropped token has 0."""
     chances = torch.softmax(values / sampling.temperature, dim=1)
     before = chances.cumsum(dim=1) - chances
     dropped = (before >= sampling.top_p) | (chances < sampling.min_p * chances[:, :1])
@@ -69,13 +69,13 @@ def _kept_chances(values: Any, sampling: Sampling) -> Any:
 
 
 def quiet() -> None:
-    """Let the library print only errors, since foundry uses the terminal."""
+    """Let the library print errors only, since foundry uses the terminal."""
     transformers.logging.set_verbosity_error()
     transformers.logging.disable_progress_bar()
 
 
 def device_of(asked: str) -> Any:
-    """Return the device with the given name; `auto` is a GPU if there is one."""
+    """Return the device with this name; `auto` means a GPU if there is one."""
     if asked == "auto":
         asked = "cuda" if torch.cuda.is_available() else "mps" if torch.backends.mps.is_available() else "cpu"
     try:
@@ -89,7 +89,7 @@ def device_of(asked: str) -> Any:
 
 @dataclass(frozen=True)
 class Description:
-    """A model's files except its weights.
+    """The files of a model without its weights.
 
     Attributes:
         processor: converts messages to tensors; a tokenizer, or a processor that also handles images.
@@ -100,7 +100,7 @@ class Description:
 
     @classmethod
     def read(cls, folder: Path) -> Description:
-        """Read the files."""
+        """Read the files in a model's folder."""
         quiet()
         try:
             config = AutoConfig.from_pretrained(folder, local_files_only=True)
@@ -111,12 +111,12 @@ class Description:
             raise InputError(f"The model in '{folder}' needs an additional library: {_reason(error)}") from error
         description = cls(processor, config)
         if description.template is None:
-            raise InputError(f"The model in '{folder}' has no chat template: name a model trained for chat.")
+            raise InputError(f"The model in '{folder}' has no chat template. Name a model that was trained for chat.")
         return description
 
     @property
     def tokenizer(self) -> Any:
-        """The tokenizer, which may be part of the processor."""
+        """The tokenizer, which is part of the processor if the model takes images."""
         return getattr(self.processor, "tokenizer", self.processor)
 
     @property
@@ -126,7 +126,7 @@ class Description:
 
     @property
     def template(self) -> Any:
-        """The chat template, or None."""
+        """The chat template, which converts messages to one text, or None."""
         return getattr(self.processor, "chat_template", None) or self.tokenizer.chat_template
 
     @property
@@ -137,7 +137,7 @@ class Description:
 
 
 class Engine:
-    """A loaded model; only one thread may use it."""
+    """A loaded model. Only one thread may use it."""
 
     def __init__(
         self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]
@@ -169,14 +169,14 @@ class Engine:
         self.version = f"{VERSIONS}, {self._device}"
 
     def close(self) -> None:
-        """Free the memory."""
+        """Free the memory of the model."""
         del self._model
         gc.collect()
         if self._device.type == "cuda":
             torch.cuda.empty_cache()
 
     def answer(self, requests: Sequence[Request]) -> list[Reply | Exception]:
-        """Return the reply to each request, or why there is none."""
+        """Return, for each request, the reply or the error that explains why there is none."""
         results: dict[int, Reply | Exception] = {}
         for index, request in enumerate(requests):
             refusal = self._refusal(request)
@@ -188,7 +188,7 @@ class Engine:
         return [results[index] for index in range(len(requests))]
 
     def _refusal(self, request: Request) -> FoundryError | None:
-        """Return why the request can never be answered, or None; a prompt that is too long is never cut."""
+        """Return the error for a request that can never be answered, or None; a prompt that is too long is not cut."""
         try:
             tokens = int(self._encoded([request])["input_ids"].shape[1])
         except (TemplateError, UnidentifiedImageError) as error:
@@ -197,7 +197,7 @@ class Engine:
         if longest is not None and tokens + self._sampling.max_new_tokens > longest:
             return RequestError(
                 f"A prompt of {tokens} tokens and a reply of up to {self._sampling.max_new_tokens} do not fit the "
-                f"context of {longest}: shorten the prompt or model.options.max_new_tokens."
+                f"context of {longest}. Shorten the prompt, or lower model.options.max_new_tokens."
             )
         return None
 
@@ -212,7 +212,7 @@ class Engine:
                 )
         except torch.OutOfMemoryError as error:
             few = f"{self._device} has too little memory for {len(requests)} calls at once"
-            raise ServerError(f"{few}: lower model.server.batch_size.") from error
+            raise ServerError(f"{few}. Lower model.server.batch_size.") from error
         seconds = time.perf_counter() - started
         width = encoded["input_ids"].shape[1]
         prompts = encoded["attention_mask"].sum(dim=1).tolist()
@@ -232,7 +232,7 @@ class Engine:
         )
 
     def _encoded(self, requests: Sequence[Request]) -> Any:
-        """Return the tensors of the prompts, padded on the left to one length."""
+        """Return the tensors of the prompts; each prompt is padded on the left to the longest."""
         template = self._described.template
         texts = [
             self._described.tokenizer.apply_chat_template(

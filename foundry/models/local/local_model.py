@@ -1,4 +1,4 @@
-"""Models of the `transformers` library in this process, which answer waiting calls in batches."""
+"""Models of the `transformers` library in this process; they answer the calls that wait in batches."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class _Waiting(Generic[Asked, Given]):
 
 
 class Batches(Generic[Asked, Given]):
-    """Collects calls of one kind into batches; while a batch is processed, the next batch is collected.
+    """Collects calls of one kind in batches. While a batch is answered, the next one is collected.
 
     `work` gets the calls of a batch and returns a result or an exception for each. It always runs in the same thread.
     """
@@ -50,7 +50,7 @@ class Batches(Generic[Asked, Given]):
         self._thread: ThreadPoolExecutor | None = None
 
     async def ask(self, asked: Asked, kind: Hashable) -> Given:
-        """Answer a call in a batch with other calls of its kind."""
+        """Put a call into a batch with other calls of its kind, and return its result."""
         waiting = _Waiting[Asked, Given](asked, kind, asyncio.get_running_loop().create_future())
         self._queue.append(waiting)
         if self._task is None:
@@ -62,7 +62,7 @@ class Batches(Generic[Asked, Given]):
                 self._queue.remove(waiting)
 
     async def run(self, work: Callable[[], object]) -> None:
-        """Run another function in the thread."""
+        """Run another function in the thread of the batches."""
         await asyncio.get_running_loop().run_in_executor(self._executor(), work)
 
     def close(self) -> None:
@@ -86,7 +86,7 @@ class Batches(Generic[Asked, Given]):
             return [error] * len(asked)
 
     def _next(self) -> list[_Waiting[Asked, Given]]:
-        """Take the first call of the queue and all calls of its kind, in order."""
+        """Take the first call of the queue, and the next calls of its kind, in order."""
         kind = self._queue[0].kind
         batch = [waiting for waiting in self._queue if waiting.kind == kind][: self._size]
         taken = set(map(id, batch))
@@ -109,10 +109,10 @@ class Batches(Generic[Asked, Given]):
 
 
 class TransformersModel(ServedModel):
-    """Answers in batches over agents and runs; a reply depends on its prompt and seed, not on the batch.
+    """Answers calls of several agents and runs in one batch. A reply depends on its prompt and seed, not on the batch.
 
-    The exception is rounding, which differs with the shape of a batch. So in half precision a text may differ, as on
-    any server with parallel calls.
+    The exception is rounding, which depends on the shape of a batch. So in half precision a text may differ, as on any
+    server with parallel calls.
     """
 
     in_process = True
@@ -155,7 +155,7 @@ class TransformersModel(ServedModel):
         return {"dtype": self._dtype, "options": msgspec.to_builtins(self._sampling), "template": self._template}
 
     async def ask(self, request: Request) -> Reply:
-        """Answer a request in a batch with other requests that have as many images."""
+        """Answer a request in a batch with other requests that have the same number of images."""
         started = time.perf_counter()
         images = sum(len(message.images) for message in request.messages)
         reply = await self._batches.ask(request, images)
@@ -173,11 +173,11 @@ class TransformersModel(ServedModel):
         await self._batches.run(self._load)
 
     async def unload(self) -> None:
-        """Free the memory."""
+        """Free the memory of the model."""
         await self.close()
 
     async def close(self) -> None:
-        """Free the memory and end the thread; a later call loads the weights again."""
+        """Free the memory of the model and end the thread; a later call loads the weights again."""
         self._batches.close()
         engine, self._engine = self._engine, None
         if engine is not None:

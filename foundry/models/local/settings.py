@@ -1,4 +1,4 @@
-"""Settings of models of the `transformers` library, without heavy imports."""
+"""Settings of models of the `transformers` library; this module does not import the library."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 
 class Sampling(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Sampling settings: `options` of `conf/model/hf.yaml`, in the same order."""
+    """How tokens are drawn: the `options` of `conf/model/hf.yaml`, in the same order."""
 
     temperature: Annotated[float, msgspec.Meta(ge=0)]
     top_k: Annotated[int, msgspec.Meta(ge=0)]

@@ -1,4 +1,4 @@
-"""Finds the weights of a local model, and hashes everything that affects its answers."""
+"""Finds the files of a local model, and hashes all that affect its answers."""
 
 import hashlib
 import json
@@ -10,21 +10,21 @@ from foundry import paths
 from foundry.errors import InputError
 
 DECIDING = frozenset({".safetensors", ".bin", ".json", ".jinja", ".model", ".txt", ".tiktoken"})
-"""Suffixes of files with weights, configuration, tokenizer or template."""
+"""Suffixes of the files that affect answers: weights, configuration, tokenizer and template."""
 WEIGHTS = frozenset({".safetensors", ".bin"})
 SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 def find_folder(weights: str, revision: str | None) -> Path:
-    """Return the folder of a model: the given folder, or the folder of the downloaded model with this id.
+    """Return the folder of a model, given this folder, or the id of a model that was downloaded before.
 
-    Nothing is downloaded.
+    foundry itself downloads nothing.
     """
     folder = Path(weights).expanduser()
     if not folder.is_dir():
         folder = _downloaded(weights, revision)
     if not (folder / "config.json").is_file() or not any(file.suffix in WEIGHTS for file in folder.iterdir()):
-        raise InputError(f"'{folder}' is not a model: it holds no config.json, or no weights (.safetensors).")
+        raise InputError(f"'{folder}' is not a model: it contains no config.json, or no weights (.safetensors).")
     return folder
 
 
@@ -37,7 +37,7 @@ def _downloaded(weights: str, revision: str | None) -> Path:
         return Path(snapshot_download(weights, revision=revision, local_files_only=True))
     except LocalEntryNotFoundError:
         raise InputError(
-            f"'{weights}' is neither a folder nor a model on this machine: get it with: hf download {weights}{at}"
+            f"'{weights}' is neither a folder nor a model on this machine. Get it with: hf download {weights}{at}"
         ) from None
     except HFValidationError:
         raise InputError(
@@ -48,8 +48,8 @@ def _downloaded(weights: str, revision: str | None) -> Path:
 def digest(folder: Path) -> str:
     """Return the hash of all files that affect the model's answers.
 
-    Each file is read once: its hash is stored under its path, size and time of change. If a downloaded file is a link
-    to a file named by its hash, this hash is used.
+    Each file is read once: its hash is stored under its path, size and time of change. A downloaded file may be a link
+    to a file whose name is its hash; then this hash is used.
     """
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.suffix in DECIDING)
     known = _known()

@@ -1,4 +1,4 @@
-"""Reads the installed models from Ollama servers."""
+"""Lists the models that are installed on Ollama servers, and installs more."""
 
 import asyncio
 import os
@@ -19,7 +19,7 @@ READ_AT_IMPORT = ("ollama_host", "ssl_cert_file", "ssl_cert_dir", "_proxy")
 
 @contextmanager
 def _without_variables() -> Iterator[None]:
-    """Hide environment variables with values that the client rejects, such as a proxy that needs another package."""
+    """Hide environment variables that the client could reject, such as a proxy that needs another package."""
     hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.lower().endswith(READ_AT_IMPORT)}
     try:
         yield
@@ -31,20 +31,21 @@ with _without_variables():
     from ollama import AsyncClient, ResponseError
 
 FETCHING = (
-    "The server downloads the model, so its machine must reach the registry (registry.ollama.ai, or the first part "
-    "of a name such as hf.co/...). The registry must have that name and tag."
+    "The server downloads the model, so its machine must reach the registry (registry.ollama.ai, or hf.co for a name "
+    "such as hf.co/...). The registry must have a model with that name and tag."
 )
 TIMEOUT = httpx.Timeout(30.0, connect=5.0)
 
 
 @dataclass(frozen=True, slots=True)
 class InstalledModel:
-    """One model on one server.
+    """A model that is installed on a server.
 
     Attributes:
         digest: SHA-256 of the manifest, which covers weights, template and parameters.
-        size: bytes on disk.
+        size: size on disk, bytes.
         context_length: longest context in tokens, or None where unknown.
+        loaded: whether the server has the model in memory.
     """
 
     host: str
@@ -59,14 +60,14 @@ class InstalledModel:
 
 
 async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
-    """Return every model on the given hosts, by host and name; hosts may be in any form of `OLLAMA_HOST`."""
+    """Return every model on the given hosts, sorted by host and name; write hosts as in `OLLAMA_HOST`."""
     models_by_host = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
     return [model for models in models_by_host for model in models]
 
 
 @dataclass(frozen=True, slots=True)
 class PullProgress:
-    """Progress of a download: the server's current action, and bytes of the current layer, if reported."""
+    """Progress of a download: what the server does now, and the bytes of the current layer (0 if not reported)."""
 
     status: str
     completed: int
@@ -74,7 +75,7 @@ class PullProgress:
 
 
 async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[PullProgress]:
-    """Let every host download a model, one host after the other, and yield the progress."""
+    """Let each host download a model, one host after the other, and yield the progress."""
     for host in parse_hosts(hosts):
         try:
             with _reading(host):
@@ -117,7 +118,7 @@ def _client(host: str, timeout: Any = TIMEOUT) -> AsyncClient:
 
 
 def _without_key(request: httpx.Request) -> httpx.Request:
-    """Remove OLLAMA_API_KEY, which the client would send to any host."""
+    """Remove OLLAMA_API_KEY from a request, since the client would send it to any host."""
     request.headers.pop("authorization", None)
     return request
 

@@ -37,12 +37,12 @@ SAMPLER_OPTIONS = frozenset(
     }
 )
 LOOK_UP_S = 30.0
-"""Timeout for requests that need no model call, seconds."""
+"""Timeout for requests that are no calls of the model, seconds."""
 THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
 class OllamaServing(HttpServing, frozen=True, kw_only=True):
-    """Transport settings of Ollama servers, as in `conf/model/ollama.yaml`."""
+    """How calls to Ollama servers are made, as in `conf/model/ollama.yaml`."""
 
     hosts: str | list[str]
     warm_up_timeout_s: Seconds
@@ -51,7 +51,7 @@ class OllamaServing(HttpServing, frozen=True, kw_only=True):
 
 
 class OllamaModel(HttpModel):
-    """Asks `/api/chat` of one or more equal Ollama servers."""
+    """Calls `/api/chat` of one or more equal Ollama servers."""
 
     settings: ChatSettings
 
@@ -85,7 +85,7 @@ class OllamaModel(HttpModel):
 
     @property
     def longest_reply(self) -> int | None:
-        """The option `num_predict`; a negative value sets no limit."""
+        """The option `num_predict`; None if it is negative, since then a reply has no limit."""
         limit = self.settings.options.get("num_predict")
         return int(limit) if isinstance(limit, int) and limit > 0 else None
 
@@ -95,11 +95,11 @@ class OllamaModel(HttpModel):
         return self.settings.options.get("num_ctx")
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything sent besides messages, seed and keep_alive; schemas by kind."""
+        """Return everything that is sent besides messages, seed and keep_alive; schemas by kind of question."""
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request with one call, as soon as a server may be called; `RetriedModel` repeats failed calls."""
+        """Answer one request with one call, as soon as the server may be called; `RetriedModel` repeats failures."""
         body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
         with self._pool.least_loaded() as host:
             origin = self._origin(host)
@@ -114,7 +114,7 @@ class OllamaModel(HttpModel):
             return reply
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model for canary calls to each server, by base URL; load-time options are as in other calls."""
+        """Return, by base URL of each server, a copy of the model for canary calls, with the same load options."""
         loading = {key: value for key, value in self.settings.options.items() if key in LOAD_OPTIONS}
         greedy = {**loading, "temperature": 0, "repeat_penalty": 1.0, "num_predict": TOKENS}
         return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
@@ -128,11 +128,11 @@ class OllamaModel(HttpModel):
         return info
 
     async def warm_up(self) -> None:
-        """Load the model on every server; loading may take longer than any call, and ends if the caller gives up."""
+        """Load the model on every server. This may take longer than any call."""
         await asyncio.gather(*map(self._load, self.hosts))
 
     async def loaded(self) -> Loaded:
-        """Ask every server about its loaded model."""
+        """Ask every server about the loaded model."""
         return Loaded.of_all([self._loaded_in(await self._object(host, "GET", "/api/ps")) for host in self.hosts])
 
     def _loaded_in(self, running: Mapping[str, Any]) -> Loaded:
@@ -169,7 +169,7 @@ class OllamaModel(HttpModel):
         return name_in((await self._object(host, "GET", "/api/version")).get("version")) or ""
 
     async def _object(self, host: str, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Return a server's facts about itself or a model, without waiting for a model."""
+        """Return what a server says about itself or a model, without a call of the model."""
         content, origin = None if body is None else msgspec.json.encode(body), self._origin(host)
         return ollama_wire.read_object(await self._send(origin, method, path, LOOK_UP_S, content), origin)
 
@@ -197,19 +197,19 @@ def _check_settings(name: str, think: bool | str, options: Mapping[str, Any]) ->
     if think not in THINK_LEVELS:
         raise not_found("model.think", str(think), [str(level).lower() for level in THINK_LEVELS])
     if "seed" in options:
-        raise InputError("model.options.seed is set per call; use seed= or sampling_seed=.")
+        raise InputError("model.options.seed is set for each call; use seed= or sampling_seed= instead.")
     for option in options:
         if option not in LOAD_OPTIONS | SAMPLER_OPTIONS:
             raise not_found("Ollama option", option, LOAD_OPTIONS | SAMPLER_OPTIONS)
     num_ctx = options.get("num_ctx")
     if not isinstance(num_ctx, int) or num_ctx < 1:
-        raise InputError(f"model.options.num_ctx must be a number of tokens, got {num_ctx}.")
+        raise InputError(f"model.options.num_ctx must be a number of tokens; got {num_ctx}.")
 
 
 def _remote_line(name: str, remote: str) -> str:
     return (
         f"Model '{name}' does not run on the host: calls go to {remote}. "
-        "Name a local model, or allow it with model.server.remote=true."
+        "Name a local model, or allow this with model.server.remote=true."
     )
 
 
@@ -220,4 +220,6 @@ def _check_abilities(settings: ChatSettings, info: ModelInfo) -> None:
             f"{settings.num_ctx}. Set model.options.num_ctx={info.context_length} or less."
         )
     if settings.think and "thinking" not in info.capabilities:
-        raise InputError(f"Model '{info.name}' cannot think, but model.think is {settings.think}. Set it to false.")
+        raise InputError(
+            f"Model '{info.name}' cannot think, but model.think is {settings.think}. Use model.think=false."
+        )

@@ -1,4 +1,4 @@
-"""Ollama servers: their addresses, their facts about a model, and the meaning of their errors."""
+"""Reads the addresses of Ollama servers, what they say about a model, and what their errors mean."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -21,14 +21,14 @@ HOPELESS: Mapping[int, str] = {
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
     404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
 }
-"""Statuses that every call would get, and what the user can do."""
+"""Statuses that every call would get, each with advice to the user."""
 BAD_SETTINGS = ('option "', "invalid format")
-"""First words of an error with status 500 that settings cause, not the runner."""
+"""First words of errors with status 500 that wrong settings cause, and not a failure of the server."""
 CLOUD_DISABLED = "cloud is disabled"
 
 
 def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the base URLs of one host, of several hosts separated by commas, or of a list; each once, in order.
+    """Return the base URLs of hosts, given as a list or as one text with commas; each once, in order.
 
     Quotes around them are ignored, as Ollama does, since some shells leave quotes in `OLLAMA_HOST`.
     """
@@ -47,7 +47,7 @@ def parse_host(host: str) -> str:
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
-    """Return the error for a response with the given status and body."""
+    """Return the error that a response with this status and body means."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if CLOUD_DISABLED in text:
@@ -73,12 +73,12 @@ def _server_failure(line: str, text: str) -> BackendError:
 
 
 def full_tag(name: str) -> str:
-    """Return the name with its tag; Ollama's default is `latest`."""
+    """Return the name of a model with its tag, which is `latest` by default."""
     return name if ":" in name.rsplit("/", 1)[-1] else f"{name}:latest"
 
 
 def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[str, Any]:
-    """Return the row of a model in the object from `GET /api/tags`."""
+    """Return the row of a model in the answer to `GET /api/tags`."""
     models = listing.get("models")
     if not isinstance(models, list):
         raise InputError(f"The server at {host} is not an Ollama server. {WAYS_ON}")
@@ -90,9 +90,9 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
 
 
 def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
-    """Return the facts about a model on one server.
+    """Return what one server says about a model.
 
-    A tag that was removed and restored has its old digest, but a new time of writing.
+    If a model was removed and installed again, it has its old digest, but a new time of change.
     """
     return ModelInfo(
         name=name,
@@ -106,13 +106,13 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
 
 
 def remote_in(said: Mapping[str, Any]) -> str | None:
-    """Return the model and the address to which a server passes calls on, according to a row or a reply."""
+    """Return the model and address to which a server passes calls, as a row or a reply says; else None."""
     model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
     return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
 
 
 def loaded_in(row: Mapping[str, Any]) -> Loaded:
-    """Return the facts about a loaded model, from its row in the object from `GET /api/ps`."""
+    """Return the report on a loaded model, given its row in the answer to `GET /api/ps`."""
     size, on_gpu, on_cpu = length_in(row.get("size")), row.get("size_vram"), None
     if size is not None and isinstance(on_gpu, int) and 0 <= on_gpu <= size:
         on_cpu = 1 - on_gpu / size
@@ -120,7 +120,7 @@ def loaded_in(row: Mapping[str, Any]) -> Loaded:
 
 
 def context_length(info: Any) -> int | None:
-    """Return the longest context in tokens; it is stored under the name of the model's architecture."""
+    """Return the longest context of a model in tokens; its key contains the name of the model's architecture."""
     if not isinstance(info, Mapping):
         return None
     return length_in(info.get(f"{info.get('general.architecture')}.context_length"))

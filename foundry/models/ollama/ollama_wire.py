@@ -1,4 +1,4 @@
-"""Ollama's `/api/chat` on the wire: bodies to send, replies to read; opens no connection."""
+"""Makes the bodies of calls to Ollama's `/api/chat`, and reads the replies; opens no connection."""
 
 import base64
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
 BYTES_PER_TOKEN = 4
-"""A prompt with more bytes than this times `num_ctx` does not fit: the server would read at most half of it."""
+"""A prompt with more bytes than this times `num_ctx` does not fit into the context, so the server cuts it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class ChatSettings:
     """The settings that affect a model's answers, besides the prompt and the seed.
 
     Attributes:
-        think: whether, or how hard, the model thinks first.
+        think: whether the model thinks first, or how much, such as `low`.
         options: sampling and load-time options, without the seed.
         schemas: JSON Schema of the reply by kind of question, or None for free text.
-        logprobs: number of likeliest tokens per token of a reply; None if none are requested.
+        logprobs: number of likeliest tokens to report for each token of a reply; None requests none.
     """
 
     model: str
@@ -42,17 +42,17 @@ class ChatSettings:
 
 
 def shared_fields(settings: ChatSettings) -> dict[str, Any]:
-    """Return the fields of every body.
+    """Return the fields that every body has.
 
-    `truncate` is off because the server would otherwise cut a long prompt silently. `think` is always sent because
-    models that can think do so by default.
+    `truncate` is off, since the server would otherwise cut a long prompt silently. `think` is always sent, since models
+    that can think do so by default.
     """
     fields = {"model": settings.model, "stream": False, "truncate": False, "think": settings.think}
     return {**fields, **logprobs_asked(settings.logprobs)}
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return everything sent besides messages, seed and keep_alive; schemas by kind of question."""
+    """Return everything that is sent besides messages, seed and keep_alive; schemas by kind of question."""
     schemas = {} if settings.schemas is None else {"format": dict(settings.schemas)}
     return {**shared_fields(settings), **schemas, "options": dict(settings.options)}
 
@@ -74,7 +74,7 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
 
 
 def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
-    """Return the body that loads the model; options that differ from later calls would load it again."""
+    """Return the body that loads the model. It has the options of later calls, which would otherwise load it again."""
     fields = shared_fields(settings)
     return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
 
@@ -92,7 +92,7 @@ def _message(role: str, content: str, images: tuple[bytes, ...]) -> dict[str, An
 
 
 def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
-    """Return the object in a body with status 200."""
+    """Return the object in the body of a response with status 200."""
     body = json_object(content, origin)
     if "error" in body:
         raise refusal(origin, 500, content)
@@ -100,12 +100,12 @@ def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
 
 
 def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
-    """Return the reply in the body of a call with status 200.
+    """Return the reply in the body of a response with status 200.
 
     Raises:
-        UnusableReply: the model gave up (`done` is not true) or returned no text.
+        UnusableReply: the model gave up (`done` is not true), or gave no text.
         TransientError: the body is not a reply.
-        RequestError: the prompt was cut to fit the context.
+        RequestError: the server cut the prompt to fit the context.
     """
     body = read_object(content, origin)
     if body.get("done") is not True:
@@ -140,7 +140,7 @@ def _text(message: Mapping[str, Any], key: str) -> str:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
-    """Return seconds by name, if all are known; time that the server does not account for is the wait for a slot."""
+    """Return seconds by name, if all are known. The rest of the total is the wait for a slot."""
     durations = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
     if durations is None:
         return {}
@@ -150,17 +150,17 @@ def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
 
 
 def _check_context(reply: Reply, request: Request, num_ctx: int, origin: Origin) -> None:
-    """Raise an error if the prompt was cut, because the answer would be behaviour for another prompt."""
+    """Raise an error if the server cut the prompt: the answer would be behaviour in reply to another prompt."""
     if reply.prompt_tokens is None:
         return
     size = sum(len(message.content.encode("utf-8", "replace")) for message in request.messages)
     if reply.prompt_tokens <= num_ctx // 2 + 2 and size > BYTES_PER_TOKEN * num_ctx:
         raise RequestError(
             f"{origin}: silent truncation of a prompt of {size} bytes to {reply.prompt_tokens} tokens. "
-            f"Raise options.num_ctx ({num_ctx}) or shorten the prompt."
+            f"Raise model.options.num_ctx ({num_ctx}), or shorten the prompt."
         )
     if reply.prompt_tokens + (reply.output_tokens or 0) > num_ctx:
         raise RequestError(
             f"{origin}: prompt ({reply.prompt_tokens} tokens) and reply ({reply.output_tokens}) overflowed "
-            f"the context, so the start of the prompt was lost. Raise options.num_ctx ({num_ctx})."
+            f"the context, so the start of the prompt was lost. Raise model.options.num_ctx ({num_ctx})."
         )

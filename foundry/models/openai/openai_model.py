@@ -1,4 +1,4 @@
-"""Models behind any server with OpenAI's chat completions."""
+"""Models behind any server that speaks OpenAI's API of chat completions."""
 
 import time
 from collections.abc import Mapping
@@ -27,9 +27,9 @@ OPTIONS = frozenset(
     }
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
-"""Keys that `extra` must not contain, because they have a separate setting, or change with each call."""
+"""Keys that `extra` must not contain, because they have a setting of their own, or change with each call."""
 SAMPLED = frozenset({"top_p", "presence_penalty", "frequency_penalty", "stop", "max_tokens", "max_completion_tokens"})
-"""Options that canary calls omit or set themselves."""
+"""Options that canary calls leave out or set themselves."""
 DETAILS = (None, "low", "high", "auto")
 WAYS_ON = (
     "Start the server, set model.server.base_url or OPENAI_BASE_URL to its address with /v1, "
@@ -38,7 +38,7 @@ WAYS_ON = (
 
 
 class OpenAIServing(HttpServing, frozen=True, kw_only=True):
-    """Transport settings of servers that speak OpenAI's API, as in `conf/model/openai.yaml`."""
+    """How calls to servers that speak OpenAI's API are made, as in `conf/model/openai.yaml`."""
 
     base_url: str | list[str]
     api_key_env: str | None
@@ -47,7 +47,7 @@ class OpenAIServing(HttpServing, frozen=True, kw_only=True):
 
 
 class OpenAIModel(HttpModel):
-    """Asks `/chat/completions` of one or more equal servers."""
+    """Calls `/chat/completions` of one or more equal servers."""
 
     settings: ChatSettings
 
@@ -103,11 +103,11 @@ class OpenAIModel(HttpModel):
         return self.settings.context_length
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything sent besides messages and seed; schemas by kind."""
+        """Return everything that is sent besides messages and seed; schemas by kind of question."""
         return openai_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request with one call, when the rate limit allows; `RetriedModel` repeats failed calls."""
+        """Answer one request with one call, as soon as the rate limit allows; `RetriedModel` repeats failed calls."""
         content = msgspec.json.encode(openai_wire.chat_body(self.settings, request))
         with self._pool.least_loaded() as host:
             origin = self._origin(host)
@@ -118,7 +118,7 @@ class OpenAIModel(HttpModel):
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return the model for canary calls to each server, by base URL; empty if the model takes no temperature."""
+        """Return, by base URL of each server, a copy of the model for canary calls; empty without a temperature."""
         options = self.settings.options
         if "temperature" not in options:
             return {}
@@ -128,12 +128,12 @@ class OpenAIModel(HttpModel):
         return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return the name and the fingerprint in a reply, if they must not change."""
+        """Return the model's name and the fingerprint in a reply, if they must stay the same in a sweep."""
         marks = {"model": reply.served_model, "fingerprint": reply.server_version}
         return {what: said for what, said in marks.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
-        """Ask every server whether it lists the model, and servers of llama.cpp for their slots."""
+        """Ask every server whether it lists the model, and a llama.cpp server also for its slots."""
         infos = {host: await self._inspect_on(host) for host in self.hosts}
         info = agreed(infos, "Name one server, or equal servers.")
         try:
@@ -162,13 +162,15 @@ class OpenAIModel(HttpModel):
             try:
                 listing = await self._send(self._origin(host), "GET", "/models")
             except RequestError as error:
-                raise InputError(f"{error} For servers without a list: model.server.lists_models=false.") from error
+                raise InputError(
+                    f"{error} If the server has no list of models, use model.server.lists_models=false."
+                ) from error
             except BackendError as error:
                 raise InputError(str(error)) from error
         return listed_info(self.settings.model, self.name, listing, self._origin(host), vision=self._vision)
 
     async def _send(self, origin: Origin, method: str, path: str, content: bytes | None = None) -> bytes:
-        """Return the body of a response with status 200, without the key; raise the error for any other status."""
+        """Return the body of a response with status 200, with the key removed; raise the error for any other status."""
         read_timeout_s = self.server.read_timeout_s
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause = self._pauses[origin.host]
@@ -212,4 +214,4 @@ def _check_settings(
             raise not_found("Option", option, OPTIONS, hint)
     for field in extra:
         if field in RESERVED or field == seed_field:
-            raise InputError(f"model.extra.{field} has a setting of its own or is set per call: remove it.")
+            raise InputError(f"model.extra.{field} has a setting of its own, or is set for each call: remove it.")

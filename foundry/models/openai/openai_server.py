@@ -1,4 +1,4 @@
-"""Servers with OpenAI's API: their key, and their list of models."""
+"""Reads the key for servers with OpenAI's API, and their list of models."""
 
 import hashlib
 import json
@@ -13,66 +13,66 @@ from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
-"""Accepted names of environment variables with keys. A sweep's settings may come from someone else, so they must not be
-able to name other secrets.
+"""Names of environment variables from which a key may be read. The settings of a sweep may come from someone else, so
+they must not be able to name other secrets.
 """
 SHORTEST = 8
-"""Minimum length of a real key; shorter keys are placeholders such as `EMPTY`, which may be words in errors."""
+"""Minimum length of a real key. Shorter keys are placeholders such as `EMPTY`, which may be words in an error."""
 SHORTEST_IN_REPLIES = 12
-"""Minimum length of a key that is removed from replies; a model may say shorter keys as words."""
+"""Minimum length of a key that is removed from replies. A model may write shorter keys as words."""
 REDACTED = b"[key]"
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
-"""Fields of a row that identify the model; other fields change with the time, the price or the server's start."""
+"""Fields of a row in the list that identify the model; others change with time, price or a restart."""
 FLAGS = ("max_model_len", "n_ctx")
-"""Fields of a row, or of its `meta`, that depend on the server's flags."""
+"""Fields of a row, or of its `meta`, that depend on the flags with which the server was started."""
 LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
 
 
 @dataclass(frozen=True)
 class Secret:
-    """A key, or none."""
+    """The key for a server; empty if there is none."""
 
     key: str = field(repr=False)
 
     @classmethod
     def from_environment(cls, variable: str | None) -> "Secret":
-        """Return the key in the environment variable, or none if it is not set."""
+        """Read the key from the environment variable; it is empty if the variable is not set."""
         if variable is None:
             return cls("")
         if not VARIABLE.fullmatch(variable):
             raise InputError(
-                "model.server.api_key_env must be the name of an environment variable that ends with API_KEY: put "
-                "the key in one, such as OPENAI_API_KEY, and use that name."
+                "model.server.api_key_env must be the name of an environment variable that ends with API_KEY. Put the "
+                "key into such a variable, for example OPENAI_API_KEY, and use its name."
             )
         key = os.environ.get(variable, "").strip()
         if not key.isascii() or not key.isprintable() or " " in key:
             raise InputError(
-                f"The value of {variable} is not a key: it has spaces or characters that no header can hold."
+                f"The value of {variable} is not a key: it contains spaces, or characters that HTTP does not allow."
             )
         return cls(key)
 
     @property
     def headers(self) -> dict[str, str]:
-        """The headers with the key."""
+        """The HTTP headers that send the key."""
         return {"authorization": f"Bearer {self.key}"} if self.key else {}
 
     def removed(self, content: bytes) -> bytes:
-        """Return an error without the key; some servers repeat the key, even with JSON escapes."""
+        """Return the body of an error without the key; some servers repeat the key, even with JSON escapes."""
         if len(self.key) < SHORTEST:
             return content
         signs = (rf"(?:\\?{re.escape(sign)}|(?i:\\u{ord(sign):04x}))" for sign in self.key)
         return re.sub("".join(signs).encode(), REDACTED, content)
 
     def removed_from_reply(self, content: bytes) -> bytes:
-        """Return a reply without the key, unless it is a placeholder."""
+        """Return the body of a reply without the key, unless the key is a placeholder."""
         return self.removed(content) if len(self.key) >= SHORTEST_IN_REPLIES else content
 
 
 def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *, vision: bool | None) -> ModelInfo:
-    """Return the facts about a model.
+    """Return what a server says about a model in its list of models; `listing` is None if it has no list.
 
-    The protocol has no digest. It is replaced by a hash of the server's lasting facts about the model, or, without such
-    facts, of the server's address. This hash distinguishes servers, not weights.
+    OpenAI's API has no digest. A hash of the lasting facts about the model, or else of the server's address, takes its
+    place. This hash distinguishes servers, not weights.
     """
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)
@@ -101,7 +101,7 @@ def is_llama_server(listing: bytes, served: str) -> bool:
 
 
 def loaded_in(props: bytes) -> Loaded:
-    """Return the facts about llama.cpp's loaded model, from the body of `GET /props`."""
+    """Return the report on llama.cpp's loaded model, from the body of the answer to `GET /props`."""
     body = decoded(props)
     said = body if isinstance(body, dict) else {}
     settings = said.get("default_generation_settings")
@@ -128,7 +128,7 @@ def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
         )
     listed = {str(row["id"]): row for row in rows if isinstance(row, dict) and "id" in row}
     if served not in listed:
-        hint = f"{origin.host} lists these; if it also serves others, set model.server.lists_models=false."
+        hint = f"{origin.host} lists these. If it also serves others, use model.server.lists_models=false."
         raise not_found("Model", served, listed, hint)
     row: Mapping[str, Any] = listed[served]
     return row

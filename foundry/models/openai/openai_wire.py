@@ -1,4 +1,4 @@
-"""OpenAI's chat completions on the wire: bodies to send, replies and errors to read; opens no connection."""
+"""Makes the bodies of calls to OpenAI's chat completions, and reads replies and errors; opens no connection."""
 
 import base64
 from collections.abc import Mapping
@@ -27,41 +27,39 @@ BUSY = frozenset({429, 502, 503, 529})
 TRANSIENT = frozenset({408, 409, 425, 499, 504})
 HOPELESS: Mapping[int, str] = {
     401: "Put the key into {key_env}, or name its variable with model.server.api_key_env.",
-    402: "The account has no means left.",
+    402: "The account has no money left.",
     403: "The key or the address may not use this model.",
-    404: "Check the model's name, and that model.server.base_url ends as the server wants it, often with /v1.",
-    405: "Check that model.server.base_url ends as the server wants it, often with /v1.",
+    404: "Check the model's name, and the end of model.server.base_url, which is often /v1.",
+    405: "Check the end of model.server.base_url, which is often /v1.",
 }
-"""Statuses that every call would get, and what the user can do."""
+"""Statuses that every call would get, each with advice to the user."""
 FATAL: Mapping[str, str] = {
-    "insufficient_quota": "The account has no means left.",
-    "billing_hard_limit_reached": "The account has no means left.",
-    "billing_not_active": "The account has no means left.",
+    "insufficient_quota": "The account has no money left.",
+    "billing_hard_limit_reached": "The account has no money left.",
+    "billing_not_active": "The account has no money left.",
     "invalid_api_key": "Put the key into {key_env}, or name its variable with model.server.api_key_env.",
     "model_not_found": "Check the model's name on the server.",
-    "unsupported_parameter": "Remove {param}, with null: model.options.{param}=null",
-    "unsupported_value": "Change or remove {param}, with null: model.options.{param}=null",
+    "unsupported_parameter": "Leave {param} out: model.options.{param}=null",
+    "unsupported_value": "Change {param}, or leave it out: model.options.{param}=null",
     "unknown_parameter": "Remove {param} from model.options and model.extra.",
 }
-"""Codes and types of errors that every call would get, with any status, and what the user can do."""
+"""Codes and types of errors that every call would get, whatever the status, each with advice to the user."""
 TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
-"""Texts of errors that reject images; llama.cpp gives one of them with status 500."""
+"""Texts of errors that reject images; llama.cpp sends one of them with status 500."""
 ADVICE = "It would be refused again: check the options, the schema and the images against the model."
 PNG = b"\x89PNG"
 ENDINGS: Mapping[object, str] = {
     **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
     **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
 }
-"""Finish reasons after which the text is usable; with any other (`content_filter`, `abort`, `error`) the backend gave
-up.
-"""
+"""Finish reasons after which the text is usable. Any other, such as `content_filter`, means that the server gave up."""
 
 
 def refusal(
     origin: Origin, status: int, content: bytes, wait_s: float | None = None, *, key_env: str | None = None
 ) -> BackendError:
-    """Return the error for a response with the given status and body."""
+    """Return the error that a response with this status and body means."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     fields = {"key_env": key_env or "an environment variable", "param": _field(content, "param") or "the parameter"}
@@ -102,8 +100,8 @@ class ChatSettings:
 
     Attributes:
         options: options of the protocol and of the server, without the seed.
-        revision: a word that identifies the weights; never sent.
-        logprobs: number of likeliest tokens per token of a reply; None if none are requested.
+        revision: text by which the user identifies the weights; it is never sent.
+        logprobs: number of likeliest tokens to report for each token of a reply; None requests none.
     """
 
     model: str
@@ -118,7 +116,7 @@ class ChatSettings:
 
     @property
     def sent(self) -> dict[str, Any]:
-        """The fields of every body besides model, messages and seed."""
+        """The fields that every body has besides model, messages and seed."""
         return {"stream": False, **self.options, **logprobs_asked(self.logprobs)}
 
 
@@ -155,7 +153,7 @@ def _response_format(settings: ChatSettings, kind: str) -> dict[str, Any]:
 
 
 def _message(message: ChatMessage, detail: str | None) -> dict[str, Any]:
-    """Return a message; images come before the text, as in the training of models."""
+    """Return a message with its images before the text, as in the training of models."""
     text = without_surrogates(message.content)
     if not message.images:
         return {"role": message.role, "content": text}
@@ -170,7 +168,7 @@ def _image_part(image: bytes, detail: str | None) -> dict[str, Any]:
 
 
 def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
-    """Return the reply in the body of a call with status 200.
+    """Return the reply in the body of a response with status 200.
 
     Raises:
         UnusableReply: the server gave up on this call, or the model returned no text.
@@ -222,7 +220,7 @@ def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """Return the text of a content, which is a string or a list of parts; parts of other types are left out."""
+    """Return the text of a content, which is a string or a list of parts; parts that are no text are left out."""
     if isinstance(value, list):
         parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
         value = "".join(part for part in parts if isinstance(part, str))
@@ -240,7 +238,7 @@ def _count(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
 
 
 def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
-    """Return the prompt tokens from the server's prompt cache, as OpenAI or llama.cpp reports them."""
+    """Return the prompt tokens that came from the server's prompt cache, as OpenAI or llama.cpp reports them."""
     usage, timings = body.get("usage"), body.get("timings")
     details = usage.get("prompt_tokens_details") if isinstance(usage, dict) else None
     if isinstance(details, dict):
@@ -249,7 +247,7 @@ def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin, latency_s: float) -> dict[str, float]:
-    """Return seconds by name, as llama.cpp reports them; the wait for a slot is the rest of the measured time."""
+    """Return seconds by name, as llama.cpp reports them; the rest of the measured time is the wait for a slot."""
     timings = body.get("timings")
     keys = ("prompt_ms", "predicted_ms")
     if not isinstance(timings, dict) or not timings.keys() >= set(keys):
@@ -268,6 +266,5 @@ def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> 
     if used > context_length:
         raise RequestError(
             f"{origin}: prompt ({reply.prompt_tokens} tokens) and reply ({reply.output_tokens}) overflowed the "
-            "context, so something was cut. Raise the server's context length and "
-            f"model.context_length ({context_length})."
+            f"context, so something was cut. Raise the server's context, and model.context_length ({context_length})."
         )

@@ -1,1 +1,1 @@
-"""Policies that answer in text like a model, from the structured observation: one file per policy."""
+"""A scripted model that returns faulty replies on purpose."""

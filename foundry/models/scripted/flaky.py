@@ -1,6 +1,6 @@
-"""A model with faults: it corrupts replies of another policy at given rates.
+"""A scripted model with faults: it corrupts a given share of another policy's replies.
 
-Each fault names the outcome that the reader of the 2D worlds must report, for both kinds of question.
+Each fault names the outcome that the 2D worlds must record for such a reply, for both kinds of question.
 """
 
 import json
@@ -18,8 +18,8 @@ class Fault(ABC):
     """A way to corrupt a reply.
 
     Attributes:
-        outcome: outcome that the parser must report.
-        share: share of corrupted replies, 0 to 1.
+        outcome: outcome that the world must record for the reply.
+        share: share of replies that are corrupted, 0 to 1.
     """
 
     outcome: ClassVar[Outcome]
@@ -31,7 +31,7 @@ class Fault(ABC):
 
     @abstractmethod
     def spoil(self, text: str) -> Reply:
-        """Return the corrupted reply of a JSON object."""
+        """Return the corrupted reply, given the text of a JSON object."""
 
 
 class Malformed(Fault):
@@ -55,7 +55,7 @@ class Empty(Fault):
 
 
 class Truncated(Fault):
-    """The length limit cuts the reply within its first value."""
+    """The length limit cuts the reply in its first value."""
 
     outcome = Outcome.TRUNCATED
 
@@ -65,7 +65,7 @@ class Truncated(Fault):
 
 
 class Fenced(Fault):
-    """The reply is in a code fence, after an introduction."""
+    """The JSON is in a code fence, after an introduction."""
 
     outcome = Outcome.REPAIRED
 
@@ -75,7 +75,7 @@ class Fenced(Fault):
 
 
 class ThinkBlock(Fault):
-    """The reply follows thoughts that contain a different decision."""
+    """The JSON follows a block of thoughts that contains another decision."""
 
     outcome = Outcome.REPAIRED
 
@@ -86,7 +86,7 @@ class ThinkBlock(Fault):
 
 
 class SingleQuotes(Fault):
-    """A Python dict in place of JSON."""
+    """A Python dict, with single quotes, in place of JSON."""
 
     outcome = Outcome.REPAIRED
 
@@ -136,15 +136,15 @@ class Flaky(ScriptedModel):
         self.faults = tuple(faults.values())
         total = sum(fault.share for fault in self.faults)
         if total > 1 + 1e-9:
-            raise InputError(f"The shares of model.faults add up to {total:g}; the most is 1.")
+            raise InputError(f"The shares of model.faults add up to {total:g}, but may add up to at most 1.")
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question the wrapped policy can answer; None for any."""
+        """The kinds of question that the wrapped policy can answer."""
         return self.policy.kinds
 
     def check(self, question: Question) -> None:
-        """Reject questions that the wrapped policy rejects."""
+        """Raise an error for a question that the wrapped policy cannot answer."""
         self.policy.check(question)
 
     def reply(self, request: Request) -> Reply:
@@ -154,7 +154,6 @@ class Flaky(ScriptedModel):
         return reply if fault is None else fault.spoil(reply.text)
 
     def _drawn_fault(self, request: Request) -> Fault | None:
-        """Return the fault that corrupts the reply to this request, or None."""
         draw = float(self.generator(request).random())
         for fault in self.faults:
             draw -= fault.share

@@ -1,4 +1,4 @@
-"""A model with cached answers, so that no request is asked twice; and the warm-up before its first call."""
+"""Two wrappers of a model: one answers from the cache, one loads the model before its first call."""
 
 import asyncio
 from collections.abc import Sequence
@@ -10,12 +10,13 @@ from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.wrapper import Wrapper
 
 MANY = 64
-"""With this many calls in flight, a transaction waits for other calls, which end soon; it costs as much as ten rows."""
+"""With this many calls in flight, a commit waits for more answers: a transaction costs as much as ten rows."""
 MOMENT_S = 0.005
+"""Length of this wait, seconds."""
 
 
 class WarmedModel(Wrapper):
-    """Loads the model at the first call. It is below the cache, so a sweep with cached answers never loads a model."""
+    """Loads the model at its first call. It is below the cache, so a sweep with cached answers loads no model."""
 
     def __init__(self, inner: Model) -> None:
         super().__init__(inner)
@@ -23,7 +24,7 @@ class WarmedModel(Wrapper):
         self._loading = asyncio.Lock()
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request; the first request, and all concurrent ones, wait for the load."""
+        """Answer one request; the first requests wait until the model is loaded."""
         if not self._warm:
             async with self._loading:
                 if not self._warm:
@@ -33,7 +34,7 @@ class WarmedModel(Wrapper):
 
 
 class CachedModel(Wrapper):
-    """Looks into the cache first; a cached answer costs no call, and equal requests in flight cost one call.
+    """Answers from the cache if possible. If the same request is asked several times at once, it costs one call.
 
     An answer is committed before it is returned, so a killed process loses at most its calls in flight.
     """
@@ -49,7 +50,7 @@ class CachedModel(Wrapper):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests; uncached ones are asked at the same time."""
+        """Answer several requests; those without a cached answer are asked at the same time."""
         hits = self._answers.find([request.key for request in requests])
         if len(hits) < len(requests):
             missing = {r.key: r for r in requests if r.key not in hits}
@@ -72,7 +73,6 @@ class CachedModel(Wrapper):
         return [fresh[r.key] if r.key in fresh else _marked(hits[r.key]) for r in requests]
 
     async def _ask_once(self, request: Request) -> Reply:
-        """Ask the wrapped model, unless the same request is already in flight."""
         leader = self._in_flight.get(request.key)
         if leader is not None:
             return _marked(await asyncio.shield(leader))
@@ -91,7 +91,7 @@ class CachedModel(Wrapper):
         return reply
 
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
-        """Return when the reply is committed; replies that arrive together share a commit."""
+        """Return a future that ends when the reply is committed; replies that arrive together share a commit."""
         loop = asyncio.get_running_loop()
         if not self._unsaved:
             if len(self._in_flight) < MANY:

@@ -1,4 +1,4 @@
-"""Makes the canary calls to a model's servers, and compares the replies with the first replies."""
+"""Makes canary calls to the servers of a model, and compares the replies with those of the known weights."""
 
 import itertools
 import logging
@@ -16,10 +16,10 @@ ALL = tuple(range(len(PROMPTS)))
 
 
 class CanaryAsker:
-    """Asks every server of a model, without log-probabilities if a server does not report them.
+    """Asks every server of a model for its canary, without log-probabilities if a server refuses them.
 
     Attributes:
-        calls: number of calls so far.
+        calls: number of canary calls so far.
     """
 
     def __init__(self, model: Model) -> None:
@@ -30,9 +30,9 @@ class CanaryAsker:
         self.calls = 0
 
     async def ask(self, prompts: Sequence[int] = ALL) -> list[Signs]:
-        """Return each server's answers to the given prompts; empty if no server answers.
+        """Return each server's answers to the prompts with these numbers; empty if no server answers.
 
-        A call that fails for a reason other than overload is ignored, since a canary must not end a sweep.
+        A call may fail without consequence, since a canary must not end a sweep. Only overload is reported.
 
         Raises:
             TransientError: a server is overloaded.
@@ -63,10 +63,10 @@ class CanaryAsker:
 
 
 class CanaryWatch:
-    """Compares each canary with the weights behind a model's cached answers."""
+    """Compares each canary of a model with the canary of the weights that gave its cached answers."""
 
     def __init__(self, model: Model, known: KnownWeights, info: ModelInfo) -> None:
-        """Take a model with a canary, the known weights of its name, and the facts about it."""
+        """Take a model with a canary, the known sets of weights with its name, and the server's facts about it."""
         self._name = model.name
         self._known = known
         self._digest = info.digest or ""
@@ -77,10 +77,10 @@ class CanaryWatch:
         self._worst: Distance | None = None
 
     async def change(self) -> str | None:
-        """Ask all prompts the first time, later one prompt at a time, and all prompts again if that answer differs.
+        """Make canary calls and return, in words, how the weights differ from those of the cached answers, or None.
 
-        Returns:
-            How the weights differ, if the canary decides; if the server reports a digest, the canary only warns.
+        The first time, all prompts are asked; later one prompt at a time, and all again if its answer differs. If the
+        server reports a digest, a difference is only logged, and the result is None.
 
         Raises:
             TransientError: a server does not answer now.
@@ -99,7 +99,7 @@ class CanaryWatch:
         return None
 
     def record(self) -> Canary | None:
-        """Return the canary for a run's record; None if nothing is known."""
+        """Return the canary for the record of a run; None if no server answered one."""
         signs = self._reference()
         verdict, words = (None, "") if self._worst is None else (self._worst.verdict, str(self._worst))
         known = Canary(model=self._name, signs=signs, calls=self._asker.calls, verdict=verdict, distance=words)
@@ -134,12 +134,12 @@ class CanaryWatch:
 
 
 def canary_of(model: Model) -> Model | None:
-    """Return the model for canary calls to any of the servers; None without a canary."""
+    """Return a copy of the model that makes canary calls, to any of its servers; None if it has no canary."""
     return next(iter(model.canary_models(LIKELIEST).values()), None)
 
 
 def watch_of(model: Model, info: ModelInfo, answers: Answers) -> CanaryWatch | None:
-    """Return the watch over a model's canary; None without a canary."""
+    """Return an object that watches the canary of a model; None if the model has no canary."""
     canary = canary_of(model)
     if canary is None or info.digest is None:
         return None

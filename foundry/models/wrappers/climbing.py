@@ -2,8 +2,8 @@
 
 The latency of single calls does not show whether a server is saturated: replies differ in length, and a batch slows
 single replies long before it lowers the total throughput. So limits are compared by tokens answered per second, as in
-the hill climbing of .NET's thread pool and in adaptive concurrency limiters. A step is decided once the difference
-exceeds the noise, which is estimated from these calls.
+the hill climbing of .NET's thread pool and in adaptive concurrency limiters. A step is accepted or rejected once the
+difference exceeds the noise, which is estimated from the calls.
 """
 
 from __future__ import annotations
@@ -18,43 +18,44 @@ WORTH_IT = 0.2
 LINEAR = 0.6
 """From this relative gain on, the server is far from its limit, and steps grow."""
 FLAT = 0.1
+"""Relative gain below which a smaller limit loses almost nothing, so that steps downwards grow."""
 CLEAR = 0.05
-"""Relative error at which a throughput is known well enough, without more calls."""
+"""Relative error of a throughput that is small enough for a comparison."""
 MANY_CALLS = 120
 """Number of calls after which an undecided comparison ends, and is repeated with a larger step."""
 COARSE = 0.5
 """Maximum error of a gain that decides a step."""
 FIRST_STEP = 4.0
-"""First growth factor of the limit; it is large, since too many calls for a moment cost less than too few."""
+"""First factor by which the limit grows. It is large, since too many calls for a moment cost less than too few."""
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
 """Minimum number of answers for a measurement."""
 REACHED = 0.25
-"""Minimum share of time in which calls must wait for the limit, so that something can be learnt about it."""
+"""Minimum share of the time in which calls wait for the limit; with less, the limit makes no difference."""
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
-"""Maximum ratio of calls in flight to calls that the server works on. Beyond it (and one more) calls only wait, so the
-limit falls.
+"""Maximum ratio of calls in flight to calls that the server works on. If the calls in flight exceed it by more than one
+call, the limit falls, since further calls only wait.
 """
 REFUSED = 0.3
 """Share of refused tries above which the limit falls."""
 ALL_REFUSED = 0.5
-"""Share of refused tries from which the limit falls to half, even before calls under an earlier limit have ended."""
+"""Share of refused tries from which the limit falls to its half, even while calls from an earlier limit are open."""
 
 
 class Sums(msgspec.Struct):
-    """Sums over answered calls of one or more workers; the difference of two sums describes the time between them.
+    """Sums over the answered calls of one or more workers. The difference of two sums describes the time between them.
 
     Attributes:
         calls: answered calls.
-        work: their tokens, or calls where tokens are unknown.
-        seconds: their time in flight.
+        work: tokens of these calls, or 1 for a call with unknown tokens.
+        seconds: time of these calls in flight.
         work2: sum of squares of `work`.
         seconds2: sum of squares of `seconds`.
         work_seconds: sum of `work` times `seconds`.
         queue_s: time of calls in the server's queue, and other time for which the server does not account, if reported.
-        told_s: time in flight of calls for which the server reports its times.
+        told_s: time in flight of the calls for which the server reports such times.
         in_flight_s: integral of the calls in flight over time.
         waiting_s: time in which calls waited because the limit was reached.
         refused: refused or timed-out calls under the current limit.
@@ -102,7 +103,7 @@ class Sums(msgspec.Struct):
 
 @dataclass(frozen=True)
 class Measured:
-    """A server's performance over a period.
+    """How a server performed over a period.
 
     Attributes:
         calls: answered calls.
@@ -110,7 +111,8 @@ class Measured:
         reached: share of the time in which calls waited because the limit was reached.
         rate: logarithm of the work per second.
         variance: variance of `rate`.
-        queued: share of the calls' time in which the server does not work on them, by its clock; None if not reported.
+        queued: share of the time in flight in which, by its own clock, the server did not work on a call; None if it
+            does not report this.
     """
 
     calls: float
@@ -122,10 +124,10 @@ class Measured:
 
     @classmethod
     def of(cls, sums: Sums, workers: int) -> Measured | None:
-        """Return the performance from a difference of sums; None without any work.
+        """Return the performance over the period that a difference of sums describes; None if nothing was answered.
 
-        By Little's law the rate is calls in flight times work per second of a call. Work is proportional to time, so
-        this is far more precise than the number of ended calls.
+        By Little's law the rate is the number of calls in flight times the work per second of a call. The work of a
+        call grows with its time, so this is far more precise than to count the ended calls.
         """
         if min(sums.work, sums.seconds, sums.in_flight_s, sums.clock_s) <= 0:
             return None
@@ -137,9 +139,9 @@ class Measured:
         return cls(sums.calls, in_flight, reached, rate, residuals / sums.work**2, queued)
 
     def gain(self, base: Measured) -> tuple[float, float]:
-        """Return the exponent of throughput as a power of calls in flight, between two measurements, and its error.
+        """Return the exponent a in throughput ~ (calls in flight)^a between two measurements, and its standard error.
 
-        Few calls may agree by chance, so their spread counts as at least the spread of the other measurement.
+        Few calls may agree by chance, so the larger spread of the two measurements applies to both.
         """
         span = math.log(self.in_flight / base.in_flight)
         spread = max(self.calls * self.variance, base.calls * base.variance)
@@ -178,7 +180,7 @@ class Climb:
         self._unaccounted = 0.0
 
     def look(self, sums: Sums, workers: int = 1) -> None:
-        """Take the sums over the calls of the given number of workers, and change the limit if necessary."""
+        """Take the latest sums over the calls of the given number of workers, and change the limit if that helps."""
         if workers != self._workers:
             self._workers = workers
             self._rest_at(self._home, sums, self._rest_calls)
@@ -194,7 +196,7 @@ class Climb:
             self._judge(calls, sums)
 
     def _is_refused(self, sums: Sums) -> bool:
-        """Lower the limit if too many calls were refused since the last change."""
+        """Lower the limit if the server refused too many calls since the last change; return whether it did."""
         refused, calls = sums.refused - self._start.refused, sums.calls - self._start.calls
         share = refused / max(1, calls + refused)
         if refused < min(4, self.limit) or calls + refused < self.limit / 2:
@@ -219,11 +221,10 @@ class Climb:
             self._try_another(measured, sums)
 
     def _is_known(self, found: Measured) -> bool:
-        """Return whether the throughput at this limit is known well enough for a comparison."""
         return found.variance < CLEAR**2 or found.calls >= max(MANY_CALLS, 4 * self.limit)
 
     def _give_way(self, limit: int, found: Measured, sums: Sums) -> None:
-        """Try the limit at which hardly any call waits, or go back if it is not above the limit before."""
+        """Try the limit at which hardly any call waits. If it is not above the limit before, go back instead."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
@@ -231,7 +232,7 @@ class Climb:
         self._try(limit, found, sums)
 
     def _without_waiting(self, found: Measured) -> int | None:
-        """Return a limit at which hardly any call waits in the server's queue, if too many do.
+        """Return a smaller limit at which hardly any call waits in the server's queue; None if few calls wait.
 
         Time for which the server does not account counts as a queue until a smaller limit lowers the throughput.
         """
@@ -279,7 +280,7 @@ class Climb:
             self._try_another(found, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the limit before, or near it, and turn round; take a long rest if neither direction pays."""
+        """Go back to the limit before, or near it, and turn round; rest for long if neither direction pays."""
         if self._told and self._base is not None and self._base.queued is not None:
             self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # the wait was not a queue
         if self._climbing and turns and self._step >= LARGEST_STEP:
@@ -296,7 +297,7 @@ class Climb:
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _try_less(self, sums: Sums) -> None:
-        """Try a smaller step from the limit before; its measurement is still valid, and it may be far too low."""
+        """Try a smaller step up from the limit before, whose measurement is still valid."""
         self._step = math.sqrt(self._step)
         self._climbing = self._step >= LARGEST_STEP
         self._go_to(min(self._most, round(self._home * self._step)), sums)
@@ -332,7 +333,7 @@ class Climb:
         self._go_to(limit, sums)
 
     def _go_to(self, limit: int, sums: Sums) -> None:
-        """Change the limit; the next measurement begins only after calls under the old limit have ended."""
+        """Change the limit; measure again only after the calls under the old limit have ended."""
         self._settle = float(max(self.limit, limit) + abs(limit - self.limit))
         self.limit = limit
         self._start = sums.copy()

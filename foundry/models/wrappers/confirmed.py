@@ -1,4 +1,4 @@
-"""Asks a model's server repeatedly whether it still has the weights of the sweep's start."""
+"""Checks again and again that a server still has the weights with which the sweep started."""
 
 import asyncio
 import time
@@ -16,13 +16,13 @@ from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
-"""One random call in this many checks the server: only chance detects weights that change and change back."""
+"""After one random call in this many, the server is checked: only chance detects weights that are put back."""
 FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
-"""Checks after new connections that are always made, and number of calls per further check: connections may be many."""
+"""This many checks after new connections are always made; more of them only once per this many calls."""
 
 
 class Doubts(NamedTuple):
-    """Reasons to check the server: failures, the first call, random calls, and new connections."""
+    """How many reasons to check the server there were so far: failures and random calls, and new connections."""
 
     raised: int
     connections: int
@@ -31,8 +31,8 @@ class Doubts(NamedTuple):
 class ConfirmedModel(Wrapper):
     """Checks the server after a new connection or a failure, every minute, and after random calls.
 
-    It compares the server's facts about the model, and its answers to the model's canary. The canary decides if the
-    server reports no digest; otherwise it is only reported.
+    A check compares the server's facts about the model, and its answers to canary calls. The canary decides if the
+    server reports no digest; otherwise a difference is only logged.
 
     A server that was restarted, perhaps with other weights under its name, has new connections. So a reply over a new
     connection is returned only after a check of the server. Facts about weights in a reply are compared at once.
@@ -53,8 +53,8 @@ class ConfirmedModel(Wrapper):
             inner: wrapped model.
             unconfirmed: answers of the model.
             info: facts about the model.
-            watch: makes the canary calls, if the model has a canary.
-            clock: time, seconds.
+            watch: makes the canary calls; None if the model has no canary.
+            clock: function that returns the time, seconds.
         """
         super().__init__(inner)
         self._info = info
@@ -86,12 +86,12 @@ class ConfirmedModel(Wrapper):
         return reply
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return the facts about the answering weights."""
+        """Return what the canary calls found out about the weights."""
         record = None if self._watch is None else self._watch.record()
         return () if record is None else (record,)
 
     async def confirm(self) -> None:
-        """Check the server once more, unless every used answer is confirmed."""
+        """Check the server once more, unless all answers that were used are confirmed already."""
         async with self._confirming:
             if self._unconfirmed.any_used:
                 await self._confirm()
@@ -108,7 +108,7 @@ class ConfirmedModel(Wrapper):
         return are_rare and self.inner.connections > self._settled.connections
 
     def _draw(self, request: Request) -> None:
-        """Count a call; one random call in each hundred raises a doubt. The seed of its first call draws it."""
+        """Count a call. One random call in each hundred raises a doubt, drawn by the seed of the first of them."""
         place = self._calls % CONFIRM_EVERY_CALLS
         if place == 0:
             self._drawn = int(seeding.stream(request.seed, "canary").integers(CONFIRM_EVERY_CALLS))

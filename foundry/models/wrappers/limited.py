@@ -1,4 +1,4 @@
-"""A model with a limit on the calls in flight that adapts to its server's capacity."""
+"""Limits the calls in flight to a model; the limit adapts to the capacity of the server."""
 
 import asyncio
 import time
@@ -12,27 +12,26 @@ from foundry.models.wrappers.climbing import Climb, Sums
 from foundry.models.wrappers.wrapper import Wrapper
 
 PACE = 2
-"""Number of calls that may start when a call ends; after a rise of the limit, calls start gradually, not in a burst."""
+"""Number of calls that may start when a call ends, so that calls start gradually after the limit has risen."""
 
 LOOK_AHEAD = 256
-"""Number of waiting calls among which a call that suits the free server is searched."""
+"""Number of waiting calls that are searched for one that suits the free server."""
 
 
 class Limit:
     """Limits the calls in flight to a server, first come first served, and sums up their results.
 
-    With several servers, calls that suit the free server come first.
-
-    It finds the number itself, unless several workers share a limit; then it is told its share (`allow`).
+    With several servers, calls that suit the free server come first. The limit is found by a climb, unless several
+    workers share one limit; then `allow` sets the share of this worker.
 
     Attributes:
-        bounds: minimum, maximum and first number of calls in flight.
-        allowed: calls that may be in flight now.
-        in_flight: calls in flight now.
+        bounds: minimum, maximum and first value of the limit.
+        allowed: number of calls that may be in flight now.
+        in_flight: number of calls in flight now.
     """
 
     def __init__(self, bounds: InFlight, *, clock: Callable[[], float] = time.perf_counter) -> None:
-        """Set the bounds; `clock` is the time in seconds."""
+        """Set the bounds; `clock` returns the time in seconds."""
         self.bounds = bounds
         self.allowed = bounds.initial
         self.in_flight = 0
@@ -54,7 +53,7 @@ class Limit:
         return self._sums
 
     async def acquire(self) -> float:
-        """Wait for a turn, and return the time of the turn, in seconds."""
+        """Wait until the call may start, and return the time of its start, seconds."""
         self._pass_time()
         if self.in_flight < self.allowed and not self._waiters:
             self.in_flight += 1
@@ -72,7 +71,7 @@ class Limit:
         return self._now
 
     def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
-        """Give the turn to a waiting call, preferably of a suitable run."""
+        """End a call, and start waiting calls, preferably of a run that suits the free server."""
         self._pass_time()
         self.in_flight -= 1
         for _ in range(PACE):
@@ -83,34 +82,34 @@ class Limit:
                 turn.set_result(None)
 
     def note_reply(self, reply: Reply, started: float) -> None:
-        """Record the answer to a call, given the time of its turn."""
+        """Record the answer to a call that started at the given time."""
         self._pass_time()
         self._sums.note(float(reply.output_tokens or 1), self._now - started, reply.timings.get("queue"))
         self._look()
 
     def note_failure(self, error: TransientError, started: float) -> None:
-        """Record a failed try; a try that began under an earlier limit does not count for this limit."""
+        """Record a failed try; it counts only if it started after the last change of the limit."""
         if (error.busy or error.late) and started >= self._changed:
             self._pass_time()
             self._sums.refused += 1
             self._look()
 
     def share(self) -> None:
-        """From now on, use the number that others give."""
+        """Stop climbing: from now on, `allow` sets the limit."""
         self._climb = None
 
     def find(self, initial: int, *, found: bool) -> None:
-        """From now on, find the number itself, starting at the given one; `found`: an earlier climb found it."""
+        """Climb again from the given limit; `found` says whether an earlier climb found this limit."""
         self._climb = climb_within(self.bounds, initial, found=found)
         self.allow(self._climb.limit)
 
     @property
     def is_shared(self) -> bool:
-        """True if the number is given by others."""
+        """True if `allow` sets the limit, and no climb does."""
         return self._climb is None
 
     def allow(self, allowed: int) -> None:
-        """From now on, allow the given number of calls in flight."""
+        """Set the number of calls that may be in flight."""
         if allowed != self.allowed:
             self._pass_time()
             self.allowed, self._changed = allowed, self._now
@@ -121,7 +120,6 @@ class Limit:
             self.allow(self._climb.limit)
 
     def _next(self, suits: Callable[[str | None], bool]) -> asyncio.Future[None] | None:
-        """Return the next call, if any waits."""
         first = None
         for turn, run in islice(self._waiters.items(), LOOK_AHEAD):
             if not turn.cancelled():
@@ -141,23 +139,23 @@ class Limit:
 
 
 def climb_within(bounds: InFlight, initial: int, *, found: bool) -> Climb:
-    """Return a climb between the bounds from the given limit; `found` says that an earlier climb found it.
+    """Return a climb within the bounds from this limit; `found` says whether an earlier climb found it.
 
-    Bounds that begin at their maximum, such as those for known slots, name the best limit: no smaller one is tried.
+    If the first value of the bounds is their maximum, as for known slots, no smaller limit is tried.
     """
     start, only_up = max(bounds.min, min(bounds.max, initial)), bounds.initial == bounds.max
     return Climb(least=bounds.min, most=bounds.max, initial=start, found=found, only_up=only_up)
 
 
 class LimitedModel(Wrapper):
-    """Asks the wrapped model with a limit on concurrent calls; a call keeps its turn for all its tries."""
+    """Limits the calls in flight to the wrapped model; a repeated call keeps its place."""
 
     def __init__(self, inner: Model, limit: Limit) -> None:
         super().__init__(inner)
         self.limit = limit
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request when its turn comes."""
+        """Answer one request as soon as the limit allows it."""
         started = await self.limit.acquire()
         try:
             reply = await self.inner.ask(request)

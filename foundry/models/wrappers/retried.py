@@ -24,29 +24,27 @@ T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
 Noted = Callable[[TransientError, float], None]
 LONGEST_ASKED_S = 86_400.0
-"""Longest accepted wait, seconds; backends may accept less, for example by `longest_pause_s`."""
-
-
-def _not_noted(error: TransientError, started: float) -> None:
-    """Do nothing."""
+"""Longest wait that a server may request, seconds; a backend may allow less, such as `longest_pause_s`."""
 
 
 class RetriedModel(Wrapper):
     """Repeats a call after a `TransientError`, with jittered, doubling waits.
 
-    The jitter keeps callers that failed together from returning together. It is drawn from fresh entropy, because it
+    The random part of a wait keeps callers that failed together from returning together. No seed draws it, because it
     affects only the time of a call, never its answer.
     """
 
-    def __init__(self, inner: Model, retry: Retry, *, sleep: Sleep = asyncio.sleep, noted: Noted = _not_noted) -> None:
+    def __init__(
+        self, inner: Model, retry: Retry, *, sleep: Sleep = asyncio.sleep, noted: Noted = lambda *_: None
+    ) -> None:
         """Wrap a model.
 
         Args:
             inner: wrapped model.
-            retry: number of tries. An equal seed makes an equal answer likely, so repeating a call after an unusable
-                reply seldom helps.
-            sleep: function that waits; tests pass a function that only records the time.
-            noted: function that is called with every failed try and its start (`time.perf_counter`).
+            retry: number of tries, and the waits between them. With the same seed the same answer is likely, so
+                repeating a call after an unusable reply seldom helps.
+            sleep: function that waits; a test may pass one that only records the time.
+            noted: function that is called with the error of each failed try and its start (`time.perf_counter`).
         """
         super().__init__(inner)
         self._noted = noted
@@ -67,11 +65,11 @@ class RetriedModel(Wrapper):
         return msgspec.structs.replace(reply, attempts=tuple(failures)) if failures else reply
 
     async def confirm(self) -> None:
-        """Ask the wrapped model's server to confirm it, again after curable failures."""
+        """Let the wrapped model check its server; repeat this after failures that another try may cure."""
         await self._tried(self.inner.confirm, [])
 
     async def warm_up(self) -> None:
-        """Load the wrapped model, again after curable failures."""
+        """Load the wrapped model; repeat this after failures that another try may cure."""
         await self._tried(self.inner.warm_up, [])
 
     async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
@@ -95,7 +93,7 @@ class RetriedModel(Wrapper):
             raise _given_up(error, len(failures)) from error.__cause__
 
     async def _again(self, attempt: Callable[[], Awaitable[T]], first: TransientError) -> T:
-        """Repeat a call as the settings say, counting the failed first try."""
+        """Repeat a call by the settings; the failed first try counts."""
         import tenacity  # imported here, since most calls succeed at once
 
         backoff = tenacity.wait_exponential(multiplier=self._retry.wait_initial_s, max=self._retry.wait_max_s)
@@ -128,12 +126,10 @@ class RetriedModel(Wrapper):
 
 
 def _error(state: RetryCallState) -> Any:
-    """Return the failure of the last try."""
     return state.outcome.exception() if state.outcome else None
 
 
 def _check_wait(state: RetryCallState) -> None:
-    """Raise an error if the wait is longer than the accepted maximum."""
     error = _error(state)
     asked_s = error.retry_after_s or 0.0
     if asked_s > LONGEST_ASKED_S:
@@ -141,7 +137,6 @@ def _check_wait(state: RetryCallState) -> None:
 
 
 def _given_up(error: TransientError, tries: int) -> TransientError:
-    """Return the last failure; its message states the number of tries."""
     if isinstance(error, UnusableReply) or tries == 1:
         return error
     cause = f"{str(error).rstrip('.')}. Given up after {tries} tries."
