@@ -146,11 +146,7 @@ class Checked:
         return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
 
 
-def _as_it_is(sweep: Sweep) -> Sweep:
-    return sweep
-
-
-def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> Checked:
+def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> Checked:
     """Check everything that can be wrong with a sweep; `place` returns the sweep as it is on this machine."""
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")

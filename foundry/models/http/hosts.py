@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from urllib.parse import urlsplit
@@ -52,6 +52,16 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     except ValueError as error:
         raise refusal(str(error)) from None
     return url
+
+
+def parse_urls(hosts: str | Iterable[str], parse: Callable[[str], str]) -> tuple[str, ...]:
+    """Return the base URLs of hosts, given as a list or as one text with commas; each once, in order.
+
+    Quotes around them are ignored, as Ollama does, since some shells leave quotes in environment variables.
+    """
+    names = hosts.split(",") if isinstance(hosts, str) else hosts
+    stripped = (name.strip().strip("\"'") for name in names)
+    return tuple(dict.fromkeys(parse(name) for name in stripped if name))
 
 
 def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:

@@ -11,7 +11,7 @@ from typing import Any
 import aiohttp
 import msgspec
 
-from foundry.errors import TransientError
+from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, UnusableReply
 from foundry.models.serving import HttpServing
 from foundry.texts import one_line, without_surrogates
@@ -151,6 +151,13 @@ async def _body(response: aiohttp.ClientResponse, origin: Origin) -> bytes:
                 f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, so it was not read to its end."
             )
     return bytes(body)
+
+
+def schema_of(schemas: Mapping[str, Any], kind: str) -> Any:
+    """Return the JSON Schema of replies to questions of this kind."""
+    if kind not in schemas:
+        raise RequestError(f"No schema for questions of kind '{kind}'; available: {', '.join(sorted(schemas))}.")
+    return schemas[kind]
 
 
 def decoded(content: bytes | str) -> Any:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -24,34 +24,33 @@ if TYPE_CHECKING:
     from foundry.models.local.engine import Engine
 
 
-Asked = TypeVar("Asked")
-Given = TypeVar("Given")
 DTYPES = ("auto", "float32", "bfloat16", "float16", "float64")
 
 
 @dataclass
-class _Waiting(Generic[Asked, Given]):
-    asked: Asked
-    kind: Hashable
-    answer: asyncio.Future[Given]
+class _Waiting:
+    request: Request
+    images: int
+    answer: asyncio.Future[Reply]
 
 
-class Batches(Generic[Asked, Given]):
-    """Collects calls of one kind in batches. While a batch is answered, the next one is collected.
+class Batches:
+    """Collects requests with as many images as each other in batches. While one is answered, the next is collected.
 
-    `work` gets the calls of a batch and returns a result or an exception for each. It always runs in the same thread.
+    `work` gets the requests of a batch and returns a reply or an exception for each. It always runs in the same thread.
     """
 
-    def __init__(self, work: Callable[[Sequence[Asked]], Sequence[Given | Exception]], size: int) -> None:
+    def __init__(self, work: Callable[[Sequence[Request]], Sequence[Reply | Exception]], size: int) -> None:
         self._work = work
         self._size = size
-        self._queue: deque[_Waiting[Asked, Given]] = deque()
+        self._queue: deque[_Waiting] = deque()
         self._task: asyncio.Task[None] | None = None
         self._thread: ThreadPoolExecutor | None = None
 
-    async def ask(self, asked: Asked, kind: Hashable) -> Given:
-        """Put a call into a batch with other calls of its kind, and return its result."""
-        waiting = _Waiting[Asked, Given](asked, kind, asyncio.get_running_loop().create_future())
+    async def ask(self, request: Request) -> Reply:
+        """Put a request into a batch, and return its reply."""
+        images = sum(len(message.images) for message in request.messages)
+        waiting = _Waiting(request, images, asyncio.get_running_loop().create_future())
         self._queue.append(waiting)
         if self._task is None:
             self._task = asyncio.create_task(self._work_off())
@@ -75,25 +74,24 @@ class Batches(Generic[Asked, Given]):
         try:
             while self._queue:
                 batch = self._next()
-                self._hand_out(batch, await self._results([waiting.asked for waiting in batch]))
+                self._hand_out(batch, await self._results([waiting.request for waiting in batch]))
         finally:
             self._task = None
 
-    async def _results(self, asked: Sequence[Asked]) -> Sequence[Given | Exception]:
+    async def _results(self, requests: Sequence[Request]) -> Sequence[Reply | Exception]:
         try:
-            return await asyncio.get_running_loop().run_in_executor(self._executor(), self._work, asked)
+            return await asyncio.get_running_loop().run_in_executor(self._executor(), self._work, requests)
         except Exception as error:  # noqa: BLE001 - everyone who waits for the batch gets it
-            return [error] * len(asked)
+            return [error] * len(requests)
 
-    def _next(self) -> list[_Waiting[Asked, Given]]:
-        """Take the first call of the queue, and the next calls of its kind, in order."""
-        kind = self._queue[0].kind
-        batch = [waiting for waiting in self._queue if waiting.kind == kind][: self._size]
+    def _next(self) -> list[_Waiting]:
+        images = self._queue[0].images
+        batch = [waiting for waiting in self._queue if waiting.images == images][: self._size]
         taken = set(map(id, batch))
         self._queue = deque(waiting for waiting in self._queue if id(waiting) not in taken)
         return batch
 
-    def _hand_out(self, batch: Sequence[_Waiting[Asked, Given]], results: Sequence[Given | Exception]) -> None:
+    def _hand_out(self, batch: Sequence[_Waiting], results: Sequence[Reply | Exception]) -> None:
         for waiting, result in zip(batch, results, strict=True):
             if waiting.answer.done():
                 continue
@@ -141,9 +139,7 @@ class TransformersModel(ServedModel):
         self._sampling = _sampling(options)
         self._template = dict(template or {})
         self._engine: Engine | None = None
-        self._batches: Batches[Request, Reply] = Batches(
-            lambda requests: self._load().answer(requests), self.server.batch_size
-        )
+        self._batches = Batches(lambda requests: self._load().answer(requests), self.server.batch_size)
 
     @property
     def longest_reply(self) -> int | None:
@@ -157,8 +153,7 @@ class TransformersModel(ServedModel):
     async def ask(self, request: Request) -> Reply:
         """Answer a request in a batch with other requests that have the same number of images."""
         started = time.perf_counter()
-        images = sum(len(message.images) for message in request.messages)
-        reply = await self._batches.ask(request, images)
+        reply = await self._batches.ask(request)
         total = time.perf_counter() - started
         queued = max(0.0, total - reply.timings["output"])
         timings = {**reply.timings, "total": total, "latency": total, "queue": queued}

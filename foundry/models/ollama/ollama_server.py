@@ -5,11 +5,10 @@ from typing import Any
 
 from foundry.errors import BackendError, InputError, RequestError, ServerError, TransientError, not_found
 from foundry.models.base import Loaded, ModelInfo
-from foundry.models.http.hosts import parse_url
+from foundry.models.http.hosts import parse_url, parse_urls
 from foundry.models.http.transport import Origin, error_text, length_in, model_failure, name_in, names_in
 
 DEFAULT_PORT = 11434
-QUOTES = "\"'"
 WAYS_ON = (
     "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
     "or try scripted models: foundry model=scripted/random"
@@ -28,13 +27,8 @@ CLOUD_DISABLED = "cloud is disabled"
 
 
 def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the base URLs of hosts, given as a list or as one text with commas; each once, in order.
-
-    Quotes around them are ignored, as Ollama does, since some shells leave quotes in `OLLAMA_HOST`.
-    """
-    names = hosts.split(",") if isinstance(hosts, str) else list(hosts)
-    stripped = [name.strip().strip(QUOTES) for name in names]
-    return tuple(dict.fromkeys(parse_host(name) for name in stripped if name)) or (parse_host(""),)
+    """Return the base URLs of hosts; without any, the URL of an Ollama server on this machine."""
+    return parse_urls(hosts, parse_host) or (parse_host(""),)
 
 
 def parse_host(host: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
 from foundry.models.http.logprobs import logprobs_asked, read_logprobs
-from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, seconds_in
+from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, schema_of, seconds_in
 from foundry.models.ollama.ollama_server import refusal, remote_in
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
@@ -66,10 +66,7 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
         "options": {**settings.options, "seed": request.seed},
     }
     if settings.schemas is not None:
-        if request.kind not in settings.schemas:
-            known = ", ".join(sorted(settings.schemas))
-            raise RequestError(f"No schema for questions of kind '{request.kind}'; available: {known}.")
-        body["format"] = settings.schemas[request.kind]
+        body["format"] = schema_of(settings.schemas, request.kind)
     return body
 
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -10,7 +11,7 @@ import msgspec
 from foundry.canary import TOKENS
 from foundry.errors import BackendError, InputError, RequestError, not_found
 from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
-from foundry.models.http.hosts import agreed, parse_url
+from foundry.models.http.hosts import agreed, parse_url, parse_urls
 from foundry.models.http.http_model import HttpModel, schemas_of
 from foundry.models.http.logprobs import checked_logprobs
 from foundry.models.http.pausing import wait_asked
@@ -187,10 +188,8 @@ class OpenAIModel(HttpModel):
 
 
 def _base_urls(base_url: str | list[str]) -> tuple[str, ...]:
-    names = base_url.split(",") if isinstance(base_url, str) else base_url
     forms = "http://127.0.0.1:8000/v1 or https://api.openai.com/v1"
-    urls = (parse_url(name, what="model.server.base_url", port=80, forms=forms) for name in names if name.strip())
-    base_urls = tuple(dict.fromkeys(urls))
+    base_urls = parse_urls(base_url, partial(parse_url, what="model.server.base_url", port=80, forms=forms))
     if not base_urls:
         raise InputError(f"model.server.base_url is empty: write it as in {forms}, or set OPENAI_BASE_URL.")
     return base_urls

@@ -18,6 +18,7 @@ from foundry.models.http.transport import (
     json_object,
     model_failure,
     name_in,
+    schema_of,
     seconds_in,
 )
 from foundry.texts import without_surrogates
@@ -139,16 +140,13 @@ def chat_body(settings: ChatSettings, request: Request) -> dict[str, Any]:
     if settings.seed_field is not None:
         body[settings.seed_field] = request.seed
     if settings.schemas is not None:
-        if request.kind not in settings.schemas:
-            known = ", ".join(sorted(settings.schemas))
-            raise RequestError(f"No schema for questions of kind '{request.kind}'; available: {known}.")
         body["response_format"] = _response_format(settings, request.kind)
     return body
 
 
 def _response_format(settings: ChatSettings, kind: str) -> dict[str, Any]:
     assert settings.schemas is not None
-    named = {"name": kind, "strict": settings.schema_strict, "schema": settings.schemas[kind]}
+    named = {"name": kind, "strict": settings.schema_strict, "schema": schema_of(settings.schemas, kind)}
     return {"type": "json_schema", "json_schema": named}
 
 

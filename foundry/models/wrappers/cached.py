@@ -52,10 +52,11 @@ class CachedModel(Wrapper):
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Answer several requests; those without a cached answer are asked at the same time."""
         hits = self._answers.find([request.key for request in requests])
-        if len(hits) < len(requests):
-            missing = {r.key: r for r in requests if r.key not in hits}
-            return await self._ask_missing(requests, missing, hits)
-        return [_marked(hits[request.key]) for request in requests]
+        missing = {request.key: request for request in requests if request.key not in hits}
+        if not missing:
+            return [_marked(hits[request.key]) for request in requests]
+        fresh = dict(zip(missing, await seen_through(map(self._ask_once, missing.values())), strict=True))
+        return [fresh[r.key] if r.key in fresh else _marked(hits[r.key]) for r in requests]
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
         """Begin to answer several requests; cached answers are available at once."""
@@ -64,13 +65,6 @@ class CachedModel(Wrapper):
             there(_marked(hits[request.key])) if request.key in hits else asyncio.ensure_future(self._ask_once(request))
             for request in requests
         ]
-
-    async def _ask_missing(
-        self, requests: Sequence[Request], missing: dict[str, Request], hits: dict[str, Reply]
-    ) -> list[Reply]:
-        replies = await seen_through(map(self._ask_once, missing.values()))
-        fresh = dict(zip(missing, replies, strict=True))
-        return [fresh[r.key] if r.key in fresh else _marked(hits[r.key]) for r in requests]
 
     async def _ask_once(self, request: Request) -> Reply:
         leader = self._in_flight.get(request.key)
