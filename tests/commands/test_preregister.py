@@ -194,7 +194,7 @@ def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((*UNLIKE, "until=answered"), "'out' has none: Make it with: foundry preregister"),
+        ((*UNLIKE, "until=answered"), "'out' has no such file. Make it with: foundry preregister"),
         ((*UNLIKE[:-1], "until=answered"), "no output.dir is named"),
         ((*UNLIKE, "until=soon"), "until must be null or answered; got soon"),
     ],
