@@ -208,4 +208,4 @@ def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
 def test_another_sweep_than_was_declared_is_refused(tmp_path):
     succeeds("preregister", *UNLIKE, *LOOKS, cwd=tmp_path)
     line = refusal(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
-    assert "16 runs of preregistration.yaml: Your overrides leave out 16 of them and add 16 others" in line
+    assert "16 runs of preregistration.yaml. Your overrides leave out 16 of them and add 16 others" in line

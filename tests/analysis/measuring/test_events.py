@@ -137,5 +137,5 @@ def test_a_plan_offers_the_untold_arm_where_the_sweep_has_none(
     changes: list[str], offered: bool, workspace, capsys: pytest.CaptureFixture[str]
 ):
     assert run(["plan", "-m", "model=scripted/random", "seed=0-1", *changes]) == 0
-    lines = [line for line in capsys.readouterr().out.splitlines() if "whose agents are not told" in line]
+    lines = [line for line in capsys.readouterr().out.splitlines() if "no agent is told" in line]
     assert len(lines) == offered and all("+world.tell_fires=false" in line for line in lines)
