@@ -17,6 +17,7 @@ from databases import PostgresStore
 from foundry import paths
 from holding import SWEEP, HeldSweep, assert_nothing_lost_or_paid_twice, held_sweep, working
 from ollama_server import OllamaServer
+from policies import DOOMED, write_fate
 from ports import reserved_port
 from postgres_server import PostgresServer
 
@@ -66,7 +67,6 @@ def cache(postgres: PostgresServer) -> str:
 
 @pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sweep as the plain command runs it on this machine."""
     workspace = tmp_path_factory.mktemp("undisturbed")
     with OllamaServer() as server:
         done = foundry(*SWEEP, "output.dir=sweep", "runner.workers=1", cwd=workspace, OLLAMA_HOST=server.url)
@@ -147,18 +147,9 @@ def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undi
 
 
 def test_a_run_that_kills_its_process_is_given_up_and_no_worker_of_the_cluster_dies(cluster: Cluster, tmp_path: Path):
-    for group in ("model", "prompt", "world"):
-        (tmp_path / "mine" / group).mkdir(parents=True)
-    mine = tmp_path / "mine"
-    (mine / "model" / "deadly.yaml").write_text("_target_: policies.Deadly\nname: deadly\n")
-    (mine / "world" / "fate.yaml").write_text("defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n")
-    (mine / "prompt" / "terse.yaml").write_text(
-        "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
-    )
-    done = foundry(
-        "-m", "--config-dir", "mine", "model=deadly", "world=fate", "prompt=terse", "seed=0-7", "output.dir=out",
-        "++world.personas={fate: {doomed: 1, blessed: 3}}", "analyze=false", *on(cluster), cwd=tmp_path,
-    )  # fmt: skip
+    write_fate(tmp_path, "Deadly")
+    asked = ("-m", "--config-dir", "mine", *DOOMED, "seed=0-7", "output.dir=out", "analyze=false")
+    done = foundry(*asked, *on(cluster), cwd=tmp_path)
     assert done.returncode == 3, done.stdout + done.stderr
     ended = statuses(tmp_path / "out")
     assert ended.count("failed") > 0 and ended.count("failed") + ended.count("complete") == 8

@@ -9,7 +9,7 @@ import pytest
 import yaml
 from typer.main import get_command
 
-from commands import SMALL, calls, foundry, records, refusal, statuses, succeeds, sweep_folder
+from commands import foundry, refusal, statuses, succeeds, sweep_folder
 from foundry import seeding
 from foundry.cli import RENAMED, run
 from foundry.commands.application import app
@@ -188,15 +188,6 @@ def test_a_named_sweep_leaves_out_worlds_whose_package_is_missing_and_one_that_i
         assert run(["+sweep=validation", f"world={world}", "model=scripted/random", "seed=0"]) == 2
         refusal = capsys.readouterr().err
         assert refusal.endswith("pip install -e '.[gym]'\n") and refusal.count("\n") == 1
-
-
-def test_the_same_sweep_is_byte_identical_and_another_seed_is_not(workspace: Path):
-    for folder in ("one", "two"):
-        assert run(["-m", "model=scripted/flaky", "seed=0-1", f"output.dir={folder}", *SMALL]) == 0
-    assert records(Path("one")) == records(Path("two"))
-    assert calls(Path("one")) == calls(Path("two"))
-    by_run = records(Path("one"))
-    assert len({content["steps.jsonl"] for content in by_run.values()}) == len(by_run) == 2
 
 
 def test_a_sampling_seed_varies_the_sampling_and_leaves_the_world_alone(workspace: Path):

@@ -23,7 +23,6 @@ def grow(*argv: str) -> None:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """Return every file of the runs of a sweep."""
     runs = folder / "runs"
     return {str(path.relative_to(runs)): path.read_bytes() for path in runs.rglob("*") if path.is_file()}
 
@@ -56,28 +55,6 @@ def test_a_sweep_grows_again_and_again_into_what_one_asked_at_once_is_and_what_i
     history = SweepFolder.open("s").sweep.history
     assert [one.runs for one in history] == [2, 2, 2, 3] and history[1].overrides[2] == "seed=0-1"
     assert [one.overrides for one in history[2:]] == [("resume", "seed=2"), ("resume", "model=scripted/herd")]
-
-
-@pytest.mark.slow
-def test_a_grown_sweep_is_verified_bundled_forked_and_told_of_as_any_other(
-    workspace: Path, capsys: pytest.CaptureFixture[str]
-):
-    grow("model=scripted/random", "seed=0")
-    grow("model=scripted/avoid", "prompt=japanese", "seed=0-1")
-    capsys.readouterr()
-    assert run(["status", "s"]) == 0
-    assert [line.split()[:3] for line in capsys.readouterr().out.splitlines()[1:]] == [
-        ["scripted/random", "1", "1"], ["scripted/avoid", "2", "2"],
-    ]  # fmt: skip
-    assert run(["bundle", "s", "s.tar.zst"]) == run(["unbundle", "s.tar.zst", "there"]) == run(["verify", "there"]) == 0
-    assert "3 runs: 3 identical" in capsys.readouterr().out
-    here, there = (SweepFolder.open(name).sweep for name in ("s", "there"))
-    assert (there.runs, [one.when for one in there.history]) == (here.runs, [one.when for one in here.history])
-    assert not any("output.dir" in word for one in there.history for word in one.overrides)
-    only = str(SweepFolder.open("s").runs()[0].path)
-    for sampled in ("sampling_seed=0-1", "sampling_seed=2"):
-        assert run(["fork", only, "--at", "2", "-m", sampled, "output.dir=forks", "analyze=false"]) == 0
-    assert statuses(workspace / "forks") == ["complete"] * 3
 
 
 def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path):
@@ -181,5 +158,7 @@ def test_a_record_that_names_classes_of_others_does_not_grow_unless_they_are_tru
 def test_forks_and_probes_grow_by_their_own_commands(workspace: Path):
     grow("model=scripted/random", "seed=0")
     only = str(SweepFolder.open("s").runs()[0].path)
-    assert run(["fork", only, "--at", "2", "output.dir=forks", "analyze=false"]) == 0
+    for sampled in ("sampling_seed=0-1", "sampling_seed=2"):
+        assert run(["fork", only, "--at", "2", "-m", sampled, "output.dir=forks", "analyze=false"]) == 0
+    assert statuses(workspace / "forks") == ["complete"] * 3
     assert "foundry fork ... output.dir=forks" in refusal("resume", "forks", "seed=1", cwd=workspace)

@@ -30,7 +30,6 @@ UNLIKE = ("-m", "model=scripted/random,scripted/stay", *SMALL)
 
 @pytest.fixture(scope="module")
 def declared(tmp_path_factory) -> Path:
-    """Return a folder with a declared sweep that was run."""
     folder = tmp_path_factory.mktemp("declared")
     done = succeeds("preregister", *SWEEP, *DECLARED, cwd=folder)
     (folder / "said.txt").write_text(done.stdout)
@@ -40,7 +39,6 @@ def declared(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def analysed(declared) -> Analysis:
-    """Return what is found of it."""
     return analyze(declared / "out", plots=False)
 
 

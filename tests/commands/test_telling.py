@@ -28,7 +28,6 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def swept(recorded: Path, tmp_path: Path) -> Path:
-    """A folder with a finished sweep `out`."""
     shutil.copytree(recorded, tmp_path, dirs_exist_ok=True)
     return tmp_path
 

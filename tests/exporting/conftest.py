@@ -31,7 +31,6 @@ def answer(body: Body) -> ChatCase:
 
 
 def exported(*arguments: str, cwd: Path, code: int = 0) -> str:
-    """Run `foundry export` and return what it printed."""
     done = foundry("export", *arguments, cwd=cwd)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr

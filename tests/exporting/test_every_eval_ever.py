@@ -27,7 +27,6 @@ def records(sweep: SweepFolder) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def told(sweep: SweepFolder) -> str:
-    """What the command printed."""
     return exported("eee", "out", *OPTIONS, cwd=sweep.path.parent)
 
 

@@ -36,8 +36,6 @@ NEVER_MS = 0
 
 @dataclass(frozen=True)
 class _Started:
-    """The browser, and the event loop that speaks with it."""
-
     browser: Browser
     loop: asyncio.AbstractEventLoop
 
@@ -80,7 +78,6 @@ def put_aside() -> contextlib.AbstractContextManager[None]:
 
 
 def taken_up() -> contextlib.AbstractContextManager[None]:
-    """Use a page that was put aside."""
     return _running(_started().loop)
 
 

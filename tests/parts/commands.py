@@ -36,7 +36,6 @@ def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedP
 
 
 def succeeds(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
-    """Run a command that must end well."""
     done = foundry(*arguments, cwd=cwd, **changes)
     assert done.returncode == 0, done.stdout + done.stderr
     return done
@@ -121,7 +120,6 @@ def calls(folder: Path) -> dict[str, list[dict[str, Any]]]:
 
 
 def statuses(folder: Path) -> list[str | None]:
-    """Return how every run ended, None for one that has not."""
     return [summary.status if (summary := run.summary()) else None for run in SweepFolder.open(folder).runs()]
 
 

@@ -33,8 +33,6 @@ TINY = (
 
 
 def write_rooms(path: Path, *, labelled: bool = True) -> Path:
-    """Write the rooms as a USD file."""
-
     def build(stage: Any) -> None:
         mesh(stage, "/World/Floor", ((0, 0, 0), (8, 0, 0), (8, 6, 0), (0, 6, 0)))
         sides = (((-0.1, -0.1, 0), (8.1, 0, 3)), ((-0.1, 6, 0), (8.1, 6.1, 3)), ((-0.1, 0, 0), (0, 6, 3)),

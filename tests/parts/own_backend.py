@@ -21,7 +21,6 @@ class Paid(Model):
         self.name = name
 
     async def ask(self, request: Request) -> Reply:
-        """Wait for a turn of the loop, then stay."""
         Paid.asked.append(request)
         if len(Paid.asked) == 1:
             raise TransientError("Not yet.")
@@ -32,11 +31,9 @@ class Paid(Model):
         return Reply(text='{"action": "stay", "memory": "", "reasoning": ""}')
 
     def parameters(self) -> dict[str, Any]:
-        """Return nothing: there are no settings."""
         return {}
 
     async def inspect(self) -> ModelInfo:
-        """Return what its weights are now."""
         return ModelInfo(self.name, digest=self.digest)
 
 

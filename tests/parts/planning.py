@@ -23,7 +23,6 @@ def condition(model: str, seeds: Sequence[int] = range(12), **factors: str) -> P
 
 
 def plan(compared: str = "ab", **changes: Any) -> Preregistration:
-    """Return the plan of some models."""
     usual: dict[str, Any] = {"family": MEASURES, "margins": {}, "looks": LOOKS}
     said: dict[str, Any] = {"foundry": "0", "commit": None, "asked": [], "models": [], "answers_known": 0}
     return declared([condition(model) for model in compared], ["grid"] * len(compared), **{**usual, **said, **changes})

@@ -4,6 +4,7 @@ import io
 import os
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,22 @@ from foundry.models.base import Reply, Request, ScriptedModel
 from foundry.worlds.any.any_policies import Stay
 from foundry.worlds.grid.grid_policies import act
 from foundry.worlds.rounds.reading import deciding
+
+DOOMED = ("world=fate", "prompt=terse", "model=own", "++world.personas={fate: {doomed: 1, blessed: 3}}")
+"""The overrides for a policy of `write_fate`, one agent of which may be doomed by its persona."""
+
+
+def write_fate(folder: Path, policy: str) -> None:
+    """Write a world of one agent, its prompt and a policy of this module into the folder `mine`."""
+    for part, text in {
+        "prompt/terse": "_target_: foundry.prompts.prompt.Prompt\nname: terse\n"
+        "templates: {message: 'Say?', action: 'Act?'}\n",
+        "world/fate": "defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n",
+        "model/own": f"_target_: policies.{policy}\nname: own\n",
+    }.items():
+        file = folder / "mine" / f"{part}.yaml"
+        file.parent.mkdir(parents=True)
+        file.write_text(text)
 
 
 def is_doomed(request: Request) -> bool:

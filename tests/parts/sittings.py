@@ -41,7 +41,6 @@ class Person:
             return dict(json.load(reply))
 
     def post(self, what: str, value: object = None) -> int:
-        """Return the status of what came back."""
         body = json.dumps(value if value is not None else {}).encode()
         try:
             with urllib.request.urlopen(urllib.request.Request(self.url + what, body)) as reply:

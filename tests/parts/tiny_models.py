@@ -38,7 +38,6 @@ TEMPLATE = """\
 
 
 def make_tokenizer() -> Any:
-    """Return a tokenizer of single bytes."""
     tokenizer = Tokenizer(models.BPE())
     tokenizer.pre_tokenizer = pre_tokenizers.ByteLevel(add_prefix_space=False)
     tokenizer.decoder = decoders.ByteLevel()
@@ -58,7 +57,6 @@ def _language(tokenizer: Any) -> LlamaConfig:
 
 
 def make_text_model(folder: Path, seed: int = 0) -> Path:
-    """Save a model that reads, and return its folder."""
     logging.disable_progress_bar()
     torch.manual_seed(seed)
     tokenizer = make_tokenizer()
@@ -68,7 +66,6 @@ def make_text_model(folder: Path, seed: int = 0) -> Path:
 
 
 def make_vision_model(folder: Path, seed: int = 0) -> Path:
-    """Save a model that reads and sees, and return its folder."""
     logging.disable_progress_bar()
     torch.manual_seed(seed)
     tokenizer = make_tokenizer()

@@ -28,8 +28,6 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def wait_until_all_report(folder: SweepFolder) -> None:
-    """Wait for a new report of every worker that has a run open."""
-
     def reported() -> dict[str, int]:
         at_work = [name for name, report in folder.progress().items() if report["open"]]
         return {name: folder.progress_file(name).stat().st_mtime_ns for name in at_work}
@@ -39,7 +37,6 @@ def wait_until_all_report(folder: SweepFolder) -> None:
 
 
 def all_open(folder: Path) -> int:
-    """Return how many runs workers have open."""
     if not (folder / "sweep.yaml").exists():
         return 0
     return sum(len(report["open"]) for report in SweepFolder.open(folder).progress().values())

@@ -69,7 +69,6 @@ class Watched:
 
 
 def sweep_of(models: str) -> Sweep:
-    """Return ten runs of each model."""
     composed = compose(["-m", f"model={models}", "seed=0-9", f"world.agents={AGENTS}", f"world.steps={STEPS}"])
     return expand(composed.asked, composed.conditions)
 
@@ -82,7 +81,6 @@ def sweep() -> Sweep:
 
 @pytest.fixture
 def watch(sweep: Sweep, tmp_path: Path) -> Callable[[], Watched]:
-    """Watch the sweep."""
     return lambda: Watched(SweepFolder.create(tmp_path / "out", sweep, {}, []))
 
 
@@ -304,5 +302,4 @@ def test_a_command_begins_though_another_removes_the_folder_of_reports_meanwhile
 
 
 def table_of(folder: SweepFolder) -> Table:
-    """Return the table of how far a sweep is."""
     return status_table(standings(folder, [run.summary() for run in folder.runs()]))

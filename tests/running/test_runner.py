@@ -30,27 +30,17 @@ from foundry.storing.standing import failures
 from foundry.storing.store import RunFolder, SweepFolder
 from lane_works import echoing, failing, waiting
 from ollama_server import OllamaServer
+from policies import DOOMED, write_fate
 
-PROMPT = "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
-WORLD = "defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n"
 SWEEP = ("-m", "model=scripted/random", "seed=0-1", *SMALL)
 SPEC = LaneSpec("0-0", "0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), (), {}, cache="")
 
 
 def failed_of_three(workspace: Path, policy: str, workers: int) -> SweepFolder:
     """Run a policy of one's own that cannot bear a doomed agent; seed 6 alone draws one."""
-    for group, name, text in (
-        ("prompt", "terse", PROMPT),
-        ("world", "fate", WORLD),
-        ("model", "own", f"_target_: policies.{policy}\nname: own\n"),
-    ):
-        (workspace / "mine" / group).mkdir(parents=True)
-        (workspace / "mine" / group / f"{name}.yaml").write_text(text)
-    done = foundry(
-        "-m", "--config-dir", "mine", "model=own", "world=fate", "prompt=terse", "seed=4-6", "output.dir=out",
-        "++world.personas={fate: {doomed: 1, blessed: 3}}", f"runner.workers={workers}", "analyze=false",
-        cwd=workspace,
-    )  # fmt: skip
+    write_fate(workspace, policy)
+    asked = ("-m", "--config-dir", "mine", *DOOMED, "seed=4-6", "output.dir=out", "analyze=false")
+    done = foundry(*asked, f"runner.workers={workers}", cwd=workspace)
     assert done.returncode == 3, done.stdout + done.stderr
     assert statuses(workspace / "out") == ["complete", "complete", "failed"]
     return SweepFolder.open(workspace / "out")

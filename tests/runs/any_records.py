@@ -27,7 +27,6 @@ BAR = Declared(
 
 
 def line(step: int, agent: int, /, **changes: Any) -> dict[str, Any]:
-    """Return a decision as a line has it."""
     return {
         "step": step, "agent": agent, "kind": "choice", "action": "go", "outcome": "chosen", "utility": 1,
         "message": None, "thoughts": "hm", "mood": "calm", "crowd": 3, "wants in": None,
@@ -43,7 +42,6 @@ def any_folder(
     personas: Sequence[Agent] = (),
     ended: bool = True,
 ) -> RunFolder:
-    """Write a sweep of one run with these lines."""
     config = {"world": {"name": "bar", "_target_": "own.Bar"}, "model": {"name": "m"}, "prompt": {"name": "p"}}
     condition = Condition(factors={}, config={**config, "sampling_seed": None}, seeds=(0,), declared=declared)
     folder = SweepFolder.create(path, expand(["-m"], [condition]), {}, []).runs()[0]

@@ -65,7 +65,6 @@ class Crowd:
     groups: Sequence[str] | int = 3
 
     def play(self, seed: int) -> AnyRun:
-        """Return one run."""
         stream = seeding.stream(seed, "crowd")
         drawn = self._actions(stream)
         here = stream.random(drawn.shape) < np.resize(self.present, self.agents)

@@ -36,8 +36,6 @@ WORLD = GridSettings(
 
 @dataclass(frozen=True, kw_only=True)
 class Talk:
-    """How agents speak, with the same chances wherever they are."""
-
     speak: float = 0.3
     texts: tuple[str, ...] = ("hello", "fire!", "see you", "there is smoke", "well", "so")
     in_sight: bool = False
@@ -61,7 +59,6 @@ def blind_run(policy: Blind, seed: int, world: GridSettings = WORLD) -> GridRun:
 def run_of_walks(
     run: str, world: GridSettings, walks: tuple[IntArray, IntArray, IntArray], talk: Talk, rng: Generator
 ) -> GridRun:
-    """Return the run of agents that took these ways and talk like this."""
     x, y, choice = walks
     shape = choice.shape
     place, fires = world.areas(x, y), _perceived(x[:-1], y[:-1], world)
@@ -129,8 +126,6 @@ class BlindWalker:
 
 @dataclass
 class _Track:
-    """What happened, decision by decision."""
-
     x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
@@ -224,7 +219,6 @@ class Goers:
     habit: float = 0.0
 
     def play(self, seed: int) -> RoundsRun:
-        """Return one run."""
         stream = seeding.stream(seed, "goers")
         goes = _in_habits(
             stream, stream.random((ROUNDS, AGENTS)) < stream.uniform(self.low, self.high, AGENTS), self.habit
@@ -239,7 +233,6 @@ class Givers:
     habit: float = 0.0
 
     def play(self, seed: int) -> RoundsRun:
-        """Return one run."""
         stream = seeding.stream(seed, "givers")
         most = stream.integers(TOKENS + 1, size=AGENTS)
         given = _in_habits(stream, stream.integers(most + 1, size=(ROUNDS, AGENTS)), self.habit)

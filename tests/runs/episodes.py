@@ -22,8 +22,6 @@ from made_up_runs import summary
 
 @dataclass
 class Kept:
-    """What an episode recorded."""
-
     records: list[Record] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
     frames: dict[int, bytes] = field(default_factory=dict)
@@ -74,14 +72,12 @@ def _composed(world: str, policy: str, overrides: tuple[str, ...]) -> Composed:
 
 
 async def play_through(found: Composed, seed: int, kept: Kept, *, frame_every: int = 0) -> None:
-    """Play one episode to its end."""
     config = found.conditions[0].config
     asker = Asker.create(build(config["model"]), prompt_of(config), digest=None, seed=seed)
     await play(scenario_of(config).start(seed), asker, kept, frame_every=frame_every)
 
 
 def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> Kept:
-    """Play an episode and return what it recorded."""
     kept = Kept()
     overrides = [] if steps is None else [f"world.steps={steps}"]
     asyncio.run(play_through(composed(world, policy, *overrides), seed, kept))
@@ -89,7 +85,6 @@ def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> 
 
 
 async def recorded(path: Path, found: Sequence[Composed]) -> SweepFolder:
-    """Play the first seed of each and return the sweep that was recorded."""
     sweep = SweepFolder.create(path, declare(expand([], [one.conditions[0] for one in found])), {}, [])
     for run, one in zip(sweep.runs(), found, strict=True):
         writer = RunWriter(run, msgspec.json.encode(run.config()).decode())

@@ -15,7 +15,6 @@ Cell = tuple[int, int]
 
 
 def grid_run(paths: Sequence[Sequence[Cell]], **changes: Any) -> GridRun:
-    """Return the run in which each agent went along its path, state by state."""
     cells = np.array(paths, dtype=np.int64).transpose(1, 0, 2).reshape(-1, len(paths), 2)
     x, y = cells[..., 0], cells[..., 1]
     steps, agents = len(cells) - 1, len(paths)

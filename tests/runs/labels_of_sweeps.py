@@ -31,7 +31,6 @@ def judge(
 
 
 def draw(sweep: SweepFolder, label: Label, per_model: int = 200) -> Sample:
-    """Draw texts and keep them."""
     empty = Sample(label=label.name, question_sha256=label.question_sha256, seed=0)
     runs = [run.id for run in complete_runs(sweep)]
     sample = extended(empty, label, items_of(sweep, label), runs, per_model)

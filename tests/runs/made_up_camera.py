@@ -9,11 +9,10 @@ import msgspec
 from PIL import Image
 
 from declared_forms import CAMERA
-from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, SeenImage
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from made_up_runs import summary
+from made_up_runs import summary, sweep_in
 
 WORLD = {"name": "hall", "steps": 3, "scene": None, "camera": {}, "body": {}, "targets": []}
 
@@ -59,14 +58,7 @@ def play(writer: RunWriter, number: int, **changes: Any) -> None:
 
 def sweep(path: Path, models: Sequence[str] = ("first", "second")) -> SweepFolder:
     """Create a sweep that has not begun."""
-    conditions = [
-        Condition(
-            factors={"model": model}, seeds=(0,), declared=CAMERA,
-            config={"world": WORLD, "model": {"name": model}, "prompt": {"name": "paper3d"}, "sampling_seed": None},
-        )
-        for model in models
-    ]  # fmt: skip
-    return SweepFolder.create(path, expand(["-m"], conditions), {}, [])
+    return sweep_in(path, WORLD, CAMERA, models, (0,), "paper3d")
 
 
 def whole(folder: RunFolder, **changes: Any) -> None:

@@ -9,12 +9,11 @@ import msgspec
 from PIL import Image, ImageDraw, ImageOps
 
 from foundry.declared import Actions
-from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Message, Outcome, Record, RoundStep
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.worlds.base import Question, Recorded, Redrawing, Scenario, World
-from made_up_runs import GENDERS, summary
+from made_up_runs import GENDERS, answered, summary, sweep_in
 
 AGENTS, STEPS = 5, 12
 TALK, GO, PAY = "talk", "go", "pay"
@@ -22,16 +21,12 @@ TARGET = "made_up_rounds.Bar"
 
 
 class BarStep(RoundStep, frozen=True, kw_only=True):
-    """A decision, with keys of the world's own."""
-
     crowd: int
     reasoning: str = ""
     seats: tuple[int, ...] = ()
 
 
 class Evening(Record, frozen=True, kw_only=True):
-    """One line a step."""
-
     stream: ClassVar[str] = "evenings"
 
     step: int
@@ -40,8 +35,6 @@ class Evening(Record, frozen=True, kw_only=True):
 
 
 class House(Record, frozen=True, kw_only=True):
-    """One line a run."""
-
     stream: ClassVar[str] = "house"
 
     seats: int
@@ -109,23 +102,13 @@ def sweep(
     """Create a sweep that has not begun."""
     settings = {"_target_": TARGET, "name": "bar", "agents": agents, "steps": steps} | dict(world or {})
     known = scenario or Bar(name="bar", agents=agents, steps=steps)
-    conditions = [
-        Condition(
-            factors={"model": model},
-            config={"world": settings, "model": {"name": model}, "prompt": {"name": "bar"}, "sampling_seed": None},
-            seeds=tuple(seeds),
-            declared=known.declared(),
-        )
-        for model in models
-    ]
-    return SweepFolder.create(path, expand(["-m", f"model={','.join(models)}"], conditions), {}, [])
+    return sweep_in(path, settings, known.declared(), models, seeds, "bar")
 
 
 Change = Callable[[int, int, str], dict[str, Any]]
 
 
 def same(step: int, agent: int, kind: str) -> dict[str, Any]:
-    """Change nothing."""
     return {}
 
 
@@ -157,17 +140,10 @@ def line(step: int, agent: int, kind: str, **changes: Any) -> BarStep:
 
 def call(record: BarStep, reply: str) -> Call:
     prompt = f"You are guest {record.agent} on evening {record.step}. {record.kind}?"
-    return Call(
-        step=record.step, agent=record.agent, kind=record.kind, model="first", digest=None, key="k", seed=7,
-        messages=[{"role": "user", "content": prompt}],
-        parameters={"temperature": 0}, text=reply, thinking=None, ending="stop", prompt_tokens=10, output_tokens=5,
-        timings={"total": 0.5}, attempts=(), host=None, cached=False,
-    )  # fmt: skip
+    return answered(record.step, record.agent, record.kind, prompt, reply)
 
 
 class Playing:
-    """A run that is being written, step by step."""
-
     def __init__(self, folder: RunFolder, change: Change = same, reply: str = '{"action": "go"}') -> None:
         self.folder, self.change, self.reply = folder, change, reply
         self.writer = RunWriter(folder, msgspec.json.encode(folder.config()).decode())
@@ -178,7 +154,6 @@ class Playing:
         self.writer.append([House(seats=3, name="El <b>Farol</b>")])
 
     def play(self, first: int, last: int) -> None:
-        """Write these steps."""
         agents = self.folder.config()["world"]["agents"]
         if first == 1:
             self.begin()
@@ -194,14 +169,12 @@ class Playing:
             self.writer.append([Evening(step=step, crowd=step % 4, weather="rain" if step % 3 else "sun")])
 
     def end(self, error: str | None = None) -> None:
-        """Write how it ended."""
         self.writer.close()
         digests = self.writer.digests()
         write_run_summary(self.folder, summary(self.folder, self.writer.counts, error, records_sha256=digests))
 
 
 def whole_run(folder: RunFolder, change: Change = same, reply: str = '{"action": "go"}') -> None:
-    """Write a complete run."""
     playing = Playing(folder, change, reply)
     playing.play(1, folder.config()["world"]["steps"])
     playing.end()

@@ -1,7 +1,7 @@
 """Writes sweeps of 2D runs whose every record is known, as a run would write them, without any world or model."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from declared_forms import GRID
+from foundry.declared import Declared
 from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
@@ -37,17 +38,22 @@ def sweep(
     path: Path, *, models: Sequence[str] = ("first", "second"), seeds: Sequence[int] = (0, 1), **changes: Any
 ) -> SweepFolder:
     """Create a sweep that has not begun."""
-    conditions = [
-        Condition(
-            factors={"model": model},
-            seeds=tuple(seeds),
-            declared=GRID,
-            config={
-                "world": world(**changes), "model": {"name": model}, "prompt": {"name": "paper"}, "sampling_seed": None,
-            },
-        )
+    return sweep_in(path, world(**changes), GRID, models, seeds)
+
+
+def sweep_in(
+    path: Path,
+    world: Mapping[str, Any],
+    declared: Declared,
+    models: Sequence[str],
+    seeds: Sequence[int],
+    prompt: str = "paper",
+) -> SweepFolder:
+    configs = [
+        {"world": world, "model": {"name": model}, "prompt": {"name": prompt}, "sampling_seed": None}
         for model in models
-    ]  # fmt: skip
+    ]
+    conditions = [Condition({"model": one["model"]["name"]}, one, tuple(seeds), declared) for one in configs]
     return SweepFolder.create(path, expand(["-m", f"model={','.join(models)}"], conditions), {}, [])
 
 
@@ -69,11 +75,14 @@ def step(number: int, agent: int, **changes: Any) -> GridStep:
 def call(record: GridStep, kind: str, text: str, more: str) -> Call:
     persona = GENDERS[record.agent % 2]
     prompt = f"You are Agent {record.agent} ({persona}) at step {record.step}. Agent 9 (male) is near. {kind}?{more}"
+    return answered(record.step, record.agent, kind, prompt, text)
+
+
+def answered(step: int, agent: int, kind: str, prompt: str, text: str) -> Call:
     return Call(
-        step=record.step, agent=record.agent, kind=kind, model="first", digest=None, key="k", seed=7,
+        step=step, agent=agent, kind=kind, model="first", digest=None, key="k", seed=7,
         messages=[{"role": "user", "content": prompt}], parameters={"temperature": 0}, text=text, thinking=None,
-        ending="stop",
-        prompt_tokens=10, output_tokens=5, timings={"total": 0.5}, attempts=(), host=None, cached=False,
+        ending="stop", prompt_tokens=10, output_tokens=5, timings={"total": 0.5}, attempts=(), host=None, cached=False,
     )  # fmt: skip
 
 
@@ -82,8 +91,6 @@ Change = Callable[[int, int], dict[str, Any]]
 
 @dataclass
 class Playing:
-    """A run that is being written, step by step."""
-
     folder: RunFolder
     change: Change = lambda number, agent: {}
     reply: str = '{"action": "move"}'
@@ -94,7 +101,6 @@ class Playing:
         self.writer = RunWriter(self.folder, msgspec.json.encode(self.folder.config()).decode())  # JSON is YAML too
 
     def play(self, first: int, last: int) -> None:
-        """Write these steps."""
         agents = self.folder.config()["world"]["agents"]
         if first == 1:
             self.writer.append([Agent(agent=agent, persona={"gender": GENDERS[agent % 2]}) for agent in range(agents)])
@@ -109,7 +115,6 @@ class Playing:
             self.writer.append(records)
 
     def end(self, error: str | None = None) -> None:
-        """Write how it ended."""
         self.writer.close()
         write_run_summary(self.folder, summary(self.folder, self.writer.counts, error))
 
@@ -146,7 +151,6 @@ def write_records(folder: RunFolder, status: str, **streams: Sequence[Any]) -> N
 def whole_run(
     folder: RunFolder, change: Change = lambda number, agent: {}, reply: str = '{"action": "move"}', more: str = ""
 ) -> None:
-    """Write a complete run."""
     playing = Playing(folder, change, reply, more)
     playing.play(1, folder.config()["world"]["steps"])
     playing.end()

@@ -67,7 +67,6 @@ class Plain:
         return [self.place(cell) for cell in self.paths[agent]]
 
     def legal(self, cell: Cell) -> dict[str, Cell]:
-        """Return where the moves lead that the edge allows."""
         moves = {name: (cell[0] + dx, cell[1] + dy) for name, (dx, dy) in OFFSETS.items()}
         return {name: to for name, to in moves.items() if max(map(abs, to)) <= self.world["half_size"]}
 
@@ -101,7 +100,6 @@ def bits(counts: Iterable[int]) -> float:
 
 
 def different_pairs(things: Sequence[Any]) -> float:
-    """Return the share of pairs of things that are not the same."""
     return average(a != b for a, b in itertools.combinations(things, 2))
 
 

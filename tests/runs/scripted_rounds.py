@@ -32,7 +32,6 @@ def scripted_run(world: str, policy: str, seed: int = 0, **changes: Any) -> Roun
 
 
 def records(scenario: RoundsScenario, model: Model, seed: int) -> Sequence[Record]:
-    """Return what an episode writes that a policy plays."""
     placed = model.in_run(RunContext(seed, seed, scenario.personas(seed), ModelInfo(model.name)))
     assert isinstance(placed, ScriptedModel)
 
@@ -43,7 +42,6 @@ def records(scenario: RoundsScenario, model: Model, seed: int) -> Sequence[Recor
 
 
 def arrays(scenario: RoundsScenario, written: Sequence[Record], settings: Mapping[str, Any]) -> RoundsRun:
-    """Return the records of an episode, written and read as those of a run are."""
     config = {"world": settings, "model": {"name": "m"}, "prompt": {"name": "p"}, "sampling_seed": None}
     sweep = expand([], [Condition({}, config, (0,), scenario.declared())])
     with tempfile.TemporaryDirectory() as path:

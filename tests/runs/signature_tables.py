@@ -21,7 +21,6 @@ def table(rows: list[dict[str, object]], factors: tuple[str, ...] = ()) -> Signa
 
 
 def runs(model: str, values: Sequence[float], measure: str = MEASURE, **more: object) -> list[dict[str, object]]:
-    """Return one run a seed with these values of a measure."""
     return [{"model": model, "seed": seed, measure: float(value), **more} for seed, value in enumerate(values)]
 
 

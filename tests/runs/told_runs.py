@@ -24,7 +24,6 @@ def place(token: str, **chances: float) -> TokenLogprobs:
 
 
 def told(decided: str, chances: Mapping[str, float], **options: float) -> Certainty:
-    """Return what a reply of one token tells."""
     sampling = Sampling.of({"temperature": 1.0, **OPENLY, **options})
     found = certainty_of(decided, [place(decided, **chances)], decided, LABELS, sampling)
     assert found is not None
@@ -51,7 +50,6 @@ class TellingCrowd:
     agents: int = 8
 
     def play(self, seed: int) -> AnyRun:
-        """Return one run."""
         rng = seeding.stream(seed, "telling")
         chances = rng.dirichlet([1.0] * len(LABELS), size=(self.steps, self.agents))
         powers = chances ** (1 / self.temperature)

@@ -141,7 +141,6 @@ def make_condition(model: str, seeds: Sequence[int], factors: Sequence[str] = ("
 
 
 def write_sweep(path: Path, conditions: Sequence[Condition], habits: dict[str, Habits] | None = None) -> SweepFolder:
-    """Write a sweep with all its runs complete."""
     folder = SweepFolder.create(path, expand(["asked"], conditions), {}, [])
     for run in folder.runs():
         config = run.config()
@@ -152,6 +151,5 @@ def write_sweep(path: Path, conditions: Sequence[Condition], habits: dict[str, H
 
 
 def rewrite_run(folder: RunFolder, status: str) -> None:
-    """Write a run anew with another status."""
     shutil.rmtree(folder.path)
     write_run(folder, walk(folder.config()["world"], folder.config()["seed"], Habits()), status)

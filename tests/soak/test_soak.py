@@ -50,12 +50,10 @@ class Disturbed:
         self.balance()
 
     def after(self, calls: int, process: subprocess.Popen[str]) -> None:
-        """Wait until so many further calls came in, or the command ended."""
         goal = self.server.counts.chats + calls
         wait_until(lambda: self.server.counts.chats >= goal or process.poll() is not None, f"{calls} calls came in")
 
     def kill(self, process: subprocess.Popen[str]) -> None:
-        """Kill the command itself; its workers notice."""
         process.kill()
         process.wait()
 
@@ -76,7 +74,6 @@ class Disturbed:
                 self.settled.setdefault(call, times)
 
     def cached(self) -> set[str]:
-        """Return the keys of the answers in the cache."""
         database = sqlite3.connect(f"file:{self.cache}?mode=ro", uri=True, timeout=3600)
         with contextlib.closing(database):
             return {key for (key,) in database.execute("SELECT key FROM answers")}

@@ -2,16 +2,15 @@
 
 import contextlib
 import os
-import resource
 import shutil
 import sqlite3
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from analysis import analyze
 from commands import calls, foundry, records, statuses, succeeds
+from full_disk import no_file_beyond
 from ollama_server import OllamaServer
 
 SCRIPTED = ("model=scripted/echo", "world.agents=8", "world.steps=12", "runner.workers=1", "analyze=false")
@@ -19,17 +18,6 @@ SERVED = (
     *("-m", "model=qwen3:4b", "seed=0-3", "world.agents=2", "world.steps=3", "runner.workers=1", "analyze=false"),
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
 )
-
-
-@contextlib.contextmanager
-def no_file_beyond(size: int) -> Iterator[None]:
-    """Let no file of this process grow beyond so many bytes, as on a disk that is full."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def cause(output: str) -> str:

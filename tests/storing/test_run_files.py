@@ -1,10 +1,7 @@
 """What is read of a run and of notes, whole, cut or spoiled, is what was written."""
 
 import os
-import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +21,7 @@ from foundry.storing.run_files import (
 )
 from foundry.storing.run_writer import RunWriter
 from foundry.storing.store import RunFolder
+from full_disk import no_file_beyond
 from made_up_runs import Playing, call, step, sweep, whole_run
 
 
@@ -111,24 +109,10 @@ def test_of_a_log_that_was_cut_or_spoiled_the_calls_before_are_read(folder: RunF
         list(folder.calls())
 
 
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    """Have the system take this many bytes a file and no more: a write that goes beyond takes a part at first."""
-    resource = pytest.importorskip("resource", reason="sets the limits of a process")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        signal.signal(signal.SIGXFSZ, handler)
-
-
 def test_a_line_of_which_the_disk_takes_a_part_ends_the_sweep(folder: RunFolder):
     writer = RunWriter(folder, "")
     records = [step(1, 0), step(1, 1)]
-    with largest_file(100), pytest.raises(StorageError, match="steps.jsonl"):
+    with no_file_beyond(100), pytest.raises(StorageError, match="steps.jsonl"):
         writer.append(records)
     assert len(folder.steps_bytes()) == 100
     writer.close()
@@ -136,7 +120,7 @@ def test_a_line_of_which_the_disk_takes_a_part_ends_the_sweep(folder: RunFolder)
 
 def test_a_file_of_which_the_disk_takes_a_part_stays_as_it_was_and_leaves_nothing_beside_it(tmp_path: Path):
     write_atomically(tmp_path / "run.json", b"before")
-    with largest_file(100), pytest.raises(OSError, match="File too large"):
+    with no_file_beyond(100), pytest.raises(OSError, match="File too large"):
         write_atomically(tmp_path / "run.json", b"x" * 101)
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"run.json": b"before"}
 

@@ -19,7 +19,6 @@ SMALL = ("world.agents=4", "world.steps=4", "analyze=false", "runner.workers=1")
 
 
 def play(folder: Path, *overrides: str, **variables: str) -> Path:
-    """Run a sweep in a folder and return where its files are."""
     cache = {"FOUNDRY_CACHE": str(folder / "answers.sqlite")}
     succeeds(*overrides, "output.dir=out", cwd=folder, **cache, **variables)
     return folder / "out"
@@ -88,5 +87,4 @@ def build_room(stage: Any) -> None:
 
 @pytest.fixture
 def copied(grid_sweep: Path, tmp_path: Path) -> Path:
-    """A copy of the 2D sweep to spoil."""
     return Path(shutil.copytree(grid_sweep, tmp_path / "copy"))

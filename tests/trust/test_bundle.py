@@ -68,7 +68,8 @@ def test_a_bundle_does_not_repeat_what_the_command_line_said_of_the_machine(copi
     rewrite(copied, lambda content: content["history"][0].update(asked=[*private, *asked]))
     write_bundle(copied, tmp_path / "out.tar.zst")
     unpack_bundle(tmp_path / "out.tar.zst", tmp_path / "anew")
-    sweep = SweepFolder.open(tmp_path / "anew").sweep
+    before, sweep = SweepFolder.open(copied).sweep, SweepFolder.open(tmp_path / "anew").sweep
+    assert [entry.when for entry in sweep.history] == [entry.when for entry in before.history]
     assert [sweep.asked, *(entry.overrides for entry in sweep.history)] == [tuple(asked)] * 2
 
 

@@ -31,7 +31,6 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def market(home: Path) -> Path:
-    """Two policies, two seeds each."""
     succeeds("-m", *MARKET, "model=bidder,miser", "seed=0-1", *QUIET, "output.dir=out", cwd=home)
     return home / "out"
 
