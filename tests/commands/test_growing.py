@@ -120,7 +120,7 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        (("-m",), "Name the runs to add: foundry resume s seed=10-19"),
+        (("-m",), "foundry resume s seed=10-19"),
         (("seed=1", "output.dir=other"), "Leave out output.dir"),
         (("world.steps=9",), "world.steps was 2 and is 9 now"),
         (("model=scripted/hert",), "Did you mean 'scripted/herd'"),
