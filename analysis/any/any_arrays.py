@@ -16,10 +16,10 @@ from foundry.records import Agent, Message
 from foundry.storing.store import RunFolder
 
 COMMON = ("step", "agent", "kind", "action", "outcome", "utility", "message")
-"""The keys of a decision that mean the same in every form."""
+"""The keys that a decision has in every form, with the same meaning."""
 
 UNNAMED = "action"
-"""The kind of all decisions in a world that names no kinds."""
+"""The kind of every decision in a world that names no kinds."""
 
 MOST_AGENTS = 1_000_000
 """Maximum number of agents, so that a damaged id cannot fill the memory."""
@@ -37,8 +37,8 @@ def any_run(
     Args:
         folder: the run.
         declared: the world's record schema.
-        decisions: the columns COMMON of the decisions; None where a line lacks the key.
-        messages: deliveries.
+        decisions: values of the decisions by key, for the keys COMMON; None where a line lacks the key.
+        messages: the delivered messages.
 
     Raises:
         RecordError: a decision does not fit the world's schema, or the steps are not in order.
@@ -84,7 +84,7 @@ def _kind_of(declared: Declared, kind: str | None, file: Path) -> str:
 
 
 def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[Action], file: Path) -> None:
-    """Check each distinct action once; a world without declared actions allows any."""
+    """Reject an action that the world does not declare; a world without declared actions allows any."""
     if not declared.actions:
         return
     lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))
@@ -96,7 +96,7 @@ def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[A
 
 
 def _refused(declared: Actions, action: Action) -> str:
-    """Return why an action is not among the declared ones; empty if it is."""
+    """Return why an action is not among the declared ones, or an empty text if it is."""
     if declared.labels:
         return "" if action in declared.labels else f"the declared actions are {', '.join(declared.labels)}"
     if isinstance(action, str | None):
@@ -105,11 +105,8 @@ def _refused(declared: Actions, action: Action) -> str:
         return "it must be a whole number"
     low, high = declared.low, declared.high
     is_in = (low is None or action >= low) and (high is None or action <= high)
-    return "" if is_in else f"it must be within {_end(low)}..{_end(high)}"
-
-
-def _end(bound: float | None) -> str:
-    return "any" if bound is None else f"{bound:g}"
+    ends = ("any" if bound is None else f"{bound:g}" for bound in (low, high))
+    return "" if is_in else f"it must be within {'..'.join(ends)}"
 
 
 def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
@@ -122,7 +119,7 @@ def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
 
 
 def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tuple[Mapping[str, str], ...]:
-    """Return the persona of each agent by its id, up to the greatest id in personas or decisions."""
+    """Return the persona of each agent, by id, up to the greatest id in personas, decisions or messages."""
     _check_ids(folder.path, (line.agent for line in recorded))
     found = {line.agent: line.persona for line in recorded}
     return tuple(found.get(agent, {}) for agent in range(max([int(greatest), *found]) + 1))
@@ -131,7 +128,7 @@ def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tu
 def _check_ids(file: Path, ids: Iterable[int]) -> None:
     wrong = [one for one in ids if not 0 <= one < MOST_AGENTS]
     if wrong:
-        raise RecordError(f"{file} names agent {wrong[0]}: ids go from 0 to {MOST_AGENTS - 1}.")
+        raise RecordError(f"{file} names agent {wrong[0]}, but ids must be from 0 to {MOST_AGENTS - 1}.")
 
 
 def objects(values: Iterable[Any]) -> TextArray:

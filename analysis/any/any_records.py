@@ -45,7 +45,7 @@ class AnyRecords:
     """The lines of one run of any form.
 
     Attributes:
-        unfit: why the lines of a world without a schema, as in 0.1, are not decisions; empty if they are decisions.
+        unfit: why the lines cannot be read as decisions, which happens in worlds of version 0.1; empty if they can.
     """
 
     declared: Declared
@@ -55,7 +55,7 @@ class AnyRecords:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of the decisions: first the declared keys, then all others in order of occurrence."""
+        """The keys of the decisions: first those that the world declares, then the others in order of occurrence."""
         occurring = (key for row in self.steps for key in row)
         return tuple(dict.fromkeys([*self.declared.streams.get("steps", ()), *occurring]))
 
@@ -65,7 +65,7 @@ class AnyRecords:
         return [{key: row.get(key) for key in keys} for row in self.steps]
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the decisions by column; None where a line lacks the key."""
+        """Return the decisions as columns, with None where a line lacks the key."""
         return {name: [row.get(name) for row in self.steps] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
@@ -99,7 +99,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> AnyRecords:
 
 
 def _unfit(folder: RunFolder, steps: list[dict[str, Any]]) -> str:
-    """Return the error in the lines of decisions; empty if there is none."""
+    """Return why the lines do not fit the world's schema, or an empty text if they do."""
     try:
         msgspec.convert(steps, list[_line_type(folder.declared)])  # type: ignore[misc]
     except msgspec.ValidationError as error:
@@ -108,7 +108,7 @@ def _unfit(folder: RunFolder, steps: list[dict[str, Any]]) -> str:
 
 
 def _line_type(declared: Declared) -> type[msgspec.Struct]:
-    """Return the type of a decision's line: the declared keys, and the common keys with their fixed types."""
+    """Return the type of a decision's line, with the keys that the world declares and the common keys."""
     own = {key: _type_of(kind) for key, kind in declared.streams.get("steps", {}).items()}
     needed = {*own, *_NEEDED}
     fields: list[Any] = []
@@ -147,7 +147,7 @@ _COMMON = {
 
 
 def schema(declared: Declared) -> pa.Schema:
-    """Return the columns after `run`: the common columns, then declared numbers, flags and labels, but no texts."""
+    """Return the columns of a table of decisions: the common keys, then declared numbers, flags and labels."""
     own = {key: _COLUMN_TYPES.get(kind.removesuffix("?")) for key, kind in declared.streams.get("steps", {}).items()}
     further = {key: kind for key, kind in own.items() if kind is not None and key not in _COMMON}
     return pa.schema([*_COMMON.items(), *further.items()])

@@ -1,6 +1,6 @@
-"""One recorded run of any form as arrays, the input of signatures that apply to all forms.
+"""One recorded run of any form as arrays, from which signatures for all forms are computed.
 
-K decisions in recorded order, and so sorted by step; N agents; M deliveries.
+Shapes: K decisions in recorded order, which is by step; N agents; M deliveries.
 """
 
 import math
@@ -15,13 +15,14 @@ from foundry.records import Counts
 
 @dataclass(frozen=True, eq=False)
 class LabelledTexts:
-    """The n texts of a run that get a label with C choices.
+    """The n texts of a run to which a label with C choices applies.
 
     Attributes:
         surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None without a rule or model.
         truth: share of the people who chose each choice, (n, C); NaN for texts that nobody labelled.
-        weight: number of texts that each labelled text represents, (n,).
+        weight: number of texts that each text labelled by people represents, (n,).
         counted: whether the text's decision was readable, (n,).
+        is_corrected: whether people labelled a sample, so that shares are corrected by it.
     """
 
     surrogate: FloatArray | None
@@ -36,8 +37,8 @@ class Probabilities:
     """The probabilities of the K decisions of a run, from the tokens of the replies.
 
     Attributes:
-        told: a `foundry.certainty.Certainty` of each decision, (K,); None where no single token decides.
-        truth: the right decision, (K,); None where there is none.
+        told: `foundry.certainty.Certainty` of each decision, (K,); None where no single token decides.
+        truth: the right decision at each decision, (K,); None where there is none.
         knows_truth: whether the world says which decisions are right.
     """
 
@@ -65,7 +66,7 @@ class AnyRun(Decisions):
         totals: totals of calls and tokens; None where unknown.
         wall_s: seconds from start to end; NaN where unknown.
         readable_only: whether measures leave out unreadable decisions.
-        labels: texts by label, for user-defined labels.
+        labels: the texts with their labels, by the name of a user-defined label.
         probabilities: token probabilities of the decisions; None if the log has no log-probabilities.
     """
 
@@ -96,11 +97,11 @@ class AnyRun(Decisions):
 
     @property
     def all_readable(self) -> bool:
-        """True if every decision and every labelled text is readable, so that nothing has to be left out."""
+        """True if every decision and every text with a label is readable."""
         return super().all_readable and all(bool(texts.counted.all()) for texts in self.labels.values())
 
     @property
     def talks(self) -> bool:
-        """True if the world can send messages, or has no schema."""
+        """True if agents of the world can send messages, or if the world declares no records."""
         streams = self.declared.streams
         return not streams or "messages" in streams or "message" in streams.get("steps", {})

@@ -1,4 +1,4 @@
-"""Decisions of a run by kind of question: labels and numbers as rows that can be averaged."""
+"""The decisions of a run by kind of question, as rows of numbers that can be averaged."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Decided:
-    """The n counted decisions of one kind with a label or a number, in recorded order.
+    """The n counted decisions of one kind, which are either labels or numbers, in recorded order.
 
     Attributes:
-        labels: possible labels, C of them; empty for a number.
+        labels: the C possible labels; empty if the decisions are numbers.
         step: 1-based step, (n,).
         agent: agent id, (n,).
-        values: one column per label, 1 for the chosen one, else 0, (n, C); or the number, (n, 1).
+        values: for labels, a column per label with 1 for the chosen one and 0 for others, (n, C); for numbers, (n, 1).
     """
 
     kind: str
@@ -29,21 +29,21 @@ class Decided:
 
     @cached_property
     def rank(self) -> IntArray:
-        """Rank of the step among the steps with such decisions, from 0, (n,)."""
+        """Rank of each decision's step among the steps with decisions of this kind, from 0, (n,)."""
         found: IntArray = np.cumsum(np.diff(self.step, prepend=self.step[:1]) > 0, dtype=np.int64)
         return found
 
     @property
     def steps(self) -> int:
-        """Number of steps with such decisions."""
+        """Number of steps with decisions of this kind."""
         return int(self.rank[-1]) + 1 if len(self.rank) else 0
 
     @cached_property
     def moment(self) -> IntArray:
-        """Index of the moment, (n,); decisions are compared only within a moment.
+        """Index of each decision's moment, (n,); only decisions of the same moment are compared.
 
         A moment is a step. If agents mostly decide alone in a step, as in turns, a moment is a third of the steps with
-        such decisions.
+        decisions of this kind.
         """
         cells = np.unique(self.rank * beyond(self.agent) + self.agent)
         alone = np.bincount(cells // beyond(self.agent)) == 1
@@ -53,7 +53,7 @@ class Decided:
 
     @property
     def counts(self) -> IntArray:
-        """Number of decisions per label, (C,)."""
+        """Number of decisions with each label, (C,)."""
         return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
     def only(self, kept: BoolArray) -> "Decided":
@@ -63,17 +63,18 @@ class Decided:
 
 @lru_cache(maxsize=2)
 def decided(run: AnyRun) -> tuple[Decided, ...]:
-    """Return the decisions of a run by kind, for all declared kinds in their order, even kinds without decisions.
+    """Return the decisions of a run for each declared kind in its order, even if a kind has no decisions.
 
     If a world declares no actions, the kinds and labels are those that occur, sorted.
     """
-    return tuple(_declared(run) if run.declared.actions else _occurring(run))
-
-
-def _declared(run: AnyRun) -> Iterator[Decided]:
-    for kind, actions in run.declared.actions.items():
-        own = run.kind == kind
-        yield _labels(run, kind, own, actions.labels) if actions.labels else _numbers(run, kind, own)
+    if not run.declared.actions:
+        return tuple(_occurring(run))
+    return tuple(
+        _labels(run, kind, run.kind == kind, actions.labels)
+        if actions.labels
+        else numbers(run, kind, run.kind == kind, run.number)
+        for kind, actions in run.declared.actions.items()
+    )
 
 
 def _occurring(run: AnyRun) -> Iterator[Decided]:
@@ -83,7 +84,7 @@ def _occurring(run: AnyRun) -> Iterator[Decided]:
         if labels:
             yield _labels(run, kind, own, tuple(labels))
         if not np.isnan(run.number[own]).all():
-            yield _numbers(run, kind, own)
+            yield numbers(run, kind, own, run.number)
 
 
 def _labels(run: AnyRun, kind: str, own: BoolArray, labels: tuple[str, ...]) -> Decided:
@@ -93,16 +94,19 @@ def _labels(run: AnyRun, kind: str, own: BoolArray, labels: tuple[str, ...]) -> 
     return Decided(kind, labels, run.step[kept], run.agent[kept], np.eye(len(labels))[codes[kept]])
 
 
-def _numbers(run: AnyRun, kind: str, own: BoolArray) -> Decided:
-    return numbers(run, kind, own & ~np.isnan(run.number), run.number)
-
-
 def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decided:
-    """Return the numbers (K,) of the counted decisions of a kind; `own` (K,) marks the kind."""
-    kept = own & run.counted
+    """Return the counted decisions of a kind that have a number.
+
+    Args:
+        run: the run.
+        kind: the kind.
+        own: which decisions are of this kind, (K,).
+        found: a number for each decision, NaN for none, (K,).
+    """
+    kept = own & run.counted & ~np.isnan(found)
     return Decided(kind, (), run.step[kept], run.agent[kept], found[kept][:, None])
 
 
 def beyond(ids: IntArray) -> int:
-    """Return the lowest number above all ids."""
+    """Return the smallest whole number above all ids."""
     return int(ids.max(initial=-1)) + 1

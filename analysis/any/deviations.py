@@ -1,10 +1,10 @@
-"""Deviations of agents from the others at the same moment, so that common behaviour cancels out.
+"""Deviations of each agent from the others at the same moment, so that common behaviour cancels out.
 
-N agents; C columns of values, as in `analysis.any.decided`.
+Shapes: N agents; C columns of values, as in `analysis.any.decided`.
 
-Differences that last through a run are compared with the differences between shuffled agents. A shuffled agent joins
-the first third of one agent with the last third of another. Each third is a whole sequence, so dependence from step to
-step stays intact. The middle third separates the two.
+Differences between agents that last through a run are compared with the differences between shuffled agents. A shuffled
+agent joins the first third of one agent with the last third of another. Each third is a whole sequence, so dependence
+from step to step stays intact. The middle third separates the two.
 """
 
 import math
@@ -21,15 +21,15 @@ from analysis.formulas import ratio
 
 @dataclass(frozen=True)
 class Deviations:
-    """How far agents deviate from the means of their moments.
+    """How far agents deviate from the mean decision of all agents at the same moment.
 
     Attributes:
-        sums: value minus the mean of its moment, summed over an agent's decisions, (N, C).
+        sums: decision minus the mean decision at its moment, summed over an agent's decisions, (N, C).
         weights: variance of `sums` if all agents draw from one distribution with variance 1, (N,). At each moment it is
             the number of the agent's decisions times the share of decisions by others. 0 for an agent that is always
             alone.
-        differences: half the squared difference of values, summed over pairs of decisions of two agents at one moment.
-            For labels, the number of pairs that differ.
+        differences: half the squared difference between two agents' decisions at the same moment, summed over all such
+            pairs of decisions. For labels, it is the number of pairs that differ.
         pairs: number of these pairs.
     """
 
@@ -45,12 +45,12 @@ class Deviations:
 
 
 def variance(*found: Deviations) -> float:
-    """Return the variance of decisions at one moment, from pairs of two agents; NaN without pairs."""
+    """Return the variance of decisions at one moment, estimated from pairs of two agents; NaN without pairs."""
     return ratio(sum(one.differences for one in found), sum(one.pairs for one in found))
 
 
 def scaled(one: Decided) -> Decided:
-    """Return the decisions with numbers scaled to -2..2, which prevents overflow and changes no comparison."""
+    """Return the decisions with numbers scaled to -2..2, which prevents overflow and changes no share of a variance."""
     if one.labels:
         return one
     size = np.abs(one.values).max(initial=0)
@@ -59,7 +59,7 @@ def scaled(one: Decided) -> Decided:
 
 
 def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
-    """Return masks (n,) of the decisions in the first and in the last third of the steps that have decisions.
+    """Return which decisions are in the first and which in the last third of the steps with decisions, (n,) each.
 
     Both thirds have the same number of steps, at least one. With fewer than two steps both are empty.
     """
@@ -68,11 +68,11 @@ def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
 
 
 def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
-    """Return the deviations of the agents from the others.
+    """Return how far each agent deviates from the others.
 
     Args:
         one: n decisions of one kind.
-        moment: moment of each decision, (n,).
+        moment: index of the moment of each decision, (n,).
         agents: number of agents, N.
     """
     codes, cell = np.unique(moment * beyond(one.agent) + one.agent, return_inverse=True)
@@ -91,7 +91,7 @@ def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
 
 
 def _sums(group: IntArray, rows: FloatArray, groups: int) -> FloatArray:
-    """Return the sums of rows (n, k) by their group (n,), (groups, k)."""
+    """Return the sum of the rows (n, k) of each group, (groups, k); `group` (n,) is the group of each row."""
     width = rows.shape[1]
     places = (group[:, None] * width + np.arange(width)).ravel()
     found = np.bincount(places, weights=rows.ravel(), minlength=groups * width)
@@ -99,12 +99,16 @@ def _sums(group: IntArray, rows: FloatArray, groups: int) -> FloatArray:
 
 
 def _spread(totals: FloatArray) -> float:
-    """Return the sum of the squares of the differences in all pairs of each group; totals (groups, 1 + C + 1)."""
+    """Return the sum of squared differences over all ordered pairs within groups.
+
+    Args:
+        totals: for each group, the number, the C sums and the sum of squares of its values, (groups, 1 + C + 1).
+    """
     return float((totals[:, 0] * totals[:, -1] - (totals[:, 1:-1] ** 2).sum(axis=1)).sum())
 
 
 ALIKE = "decides like all other agents, with any habits shorter than a third of the run"
-"""The null: agents do not differ lastingly."""
+"""The null hypothesis that agents do not differ lastingly."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +116,8 @@ class Lasting:
     """How far agents differ lastingly.
 
     Attributes:
-        share: share of the variance of decisions at a moment, minus its mean for shuffled agents; NaN if nothing
-            varies.
+        share: variance between agents that lasts through the run, as a share of the variance of decisions at a moment,
+            minus its mean for shuffled agents; NaN if nothing varies.
         p: share of shuffles, the actual run included, in which agents differ at least as much as in the actual run.
         agents: number of compared agents.
     """
@@ -125,13 +129,13 @@ class Lasting:
 
 @dataclass(frozen=True)
 class _Kind:
-    """Decisions of one kind by agent, in the first and the last third.
+    """How far each agent deviates in its decisions of one kind, in the first and in the last third of the run.
 
     Attributes:
-        first: deviation in the first third, in units of its standard deviation by chance, (N, C); 0 without a
-            deviation.
-        last: deviation in the last third, in such units.
-        weights: number of decisions behind the deviations, (N,).
+        first: deviation in the first third, in units of its standard deviation by chance, (N, C); 0 for an agent that
+            cannot be compared.
+        last: the same in the last third.
+        weights: weight of each agent, which grows with its number of decisions, (N,).
         able: whether the agent can be compared with others in both thirds, (N,).
     """
 
@@ -142,7 +146,7 @@ class _Kind:
 
 
 def lasting(found: Sequence[Decided], agents: int) -> Lasting:
-    """Return how far agents differ lastingly, over the decisions of all given kinds."""
+    """Return how far N agents differ lastingly; `found` holds the decisions of each kind."""
     kinds = [kind for one in found if (kind := _kind(scaled(one), agents)) is not None]
     if not kinds:
         return Lasting(math.nan, math.nan, 0)
@@ -160,7 +164,7 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
 
 
 def _kind(one: Decided, agents: int) -> _Kind | None:
-    """Return the decisions of a kind by agent; None if agents never differ, or fewer than two can be compared."""
+    """Return the agents' deviations for one kind; None if agents never differ, or fewer than two can be compared."""
     parts = [deviations(one.only(kept), one.moment[kept], agents) for kept in thirds(one)]
     chance = variance(*parts)
     able = parts[0].able & parts[1].able
@@ -176,7 +180,10 @@ def _kind(one: Decided, agents: int) -> _Kind | None:
 
 
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
-    """Return the products of thirds summed over a class of agents, minus their mean, (R,): actual, then shuffled."""
+    """Return the sum over agents of the products of their two thirds, minus its mean over all shuffles, (R,).
+
+    The first value is for the actual agents, the others are for shuffled ones.
+    """
     by_chance = float((first.sum(axis=0) * last.sum(axis=0)).sum()) / len(first)
     products = (first @ last.T).ravel()
     own = np.arange(len(first)) * len(first)

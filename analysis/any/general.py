@@ -1,4 +1,4 @@
-"""Reads runs of any form by the keys that all forms have: as arrays, and as choices at each step."""
+"""Reads runs of any form by the keys that all forms have, as arrays or as choices by step and agent."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from foundry.storing.store import RunFolder
 
 
 def general_run(folder: RunFolder, records: Records) -> AnyRun:
-    """Return a complete run of any form as arrays of the common keys.
+    """Return a complete run of any form as arrays.
 
     Raises:
         RecordError: a decision does not fit the world's schema, or the steps are not in order.
@@ -19,13 +19,14 @@ def general_run(folder: RunFolder, records: Records) -> AnyRun:
 
 
 def choices(run: AnyRun, codes: dict[str, int]) -> dict[str, Decisions]:
-    """Return the actions of a run by kind of question; a step at which an agent was not asked counts as not readable.
+    """Return the actions of a run by kind of question; where an agent was not asked, the action counts as unreadable.
 
     Args:
         run: the run.
-        codes: index of each choice by its text; new choices are added to it, so that runs can be compared.
+        codes: index of each choice by its text; new choices are added to it, so that several runs share the indices.
     """
-    chosen = np.array([codes.setdefault(str(action), len(codes)) for action in _actions(run)], dtype=np.int64)
+    actions = (number if label is None else label for label, number in zip(run.action, run.number, strict=True))
+    chosen = np.array([codes.setdefault(str(action), len(codes)) for action in actions], dtype=np.int64)
     places = zip(run.step.tolist(), run.agent.tolist(), run.kind.tolist(), strict=True)
     asked_before = np.array([again for (_, again), _ in numbered(places, lambda place: place)], dtype=np.int64)
     found: dict[str, Decisions] = {}
@@ -37,7 +38,3 @@ def choices(run: AnyRun, codes: dict[str, int]) -> dict[str, Decisions]:
         choice[at], readable[at] = chosen[own], run.readable[own]
         found[kind] = Decisions(choice, readable)
     return found
-
-
-def _actions(run: AnyRun) -> list[object]:
-    return [label if label is not None else number for label, number in zip(run.action, run.number, strict=True)]

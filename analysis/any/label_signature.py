@@ -1,4 +1,4 @@
-"""The signature of a user-defined label: shares of its choices among a run's texts, corrected by labels of people."""
+"""The measures of a user-defined label: the share of each choice among a run's texts, corrected by people's labels."""
 
 import math
 from collections.abc import Iterable
@@ -15,12 +15,12 @@ from foundry.labels.items import Item, items_in
 from foundry.storing.store import RunFolder
 
 UNCORRECTED = "_uncorrected"
-"""Suffix of uncorrected measures, if there are also measures corrected by people's labels."""
+"""Suffix of the name of an uncorrected measure, if there is also a measure corrected by people's labels."""
 _TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "moment": "replies"}
 
 
 def names_of(label: Label) -> dict[str, str]:
-    """Return the choice whose share each measure is, by the measure's name."""
+    """Return the names of a label's measures, each with the choice whose share it is."""
     if label.choices == (YES, NO):
         return {"share": YES}
     return {f"share_{choice}": choice for choice in label.choices}
@@ -39,7 +39,7 @@ def measures_of(label: Label) -> dict[str, Measure]:
 
 
 def about(label: Label) -> str:
-    """Return the description of a label's measures, in the style of a signature's docstring."""
+    """Return the description of a label's measures, in the form of the docstring of a signature."""
     texts = _TEXTS[label.unit]
     items = [
         f"- {name}: {texts} with the label '{choice}' / {texts}; 0..1." for name, choice in names_of(label).items()
@@ -48,9 +48,9 @@ def about(label: Label) -> str:
 
 
 def measure(run: AnyRun, label: Label) -> dict[str, float]:
-    """Return the shares of a label's choices among the texts of a run, corrected where people labelled enough texts.
+    """Return the share of each choice of a label among the texts of a run, corrected if people labelled enough texts.
 
-    Corrected shares come with uncorrected ones, which use the rule or the model alone. Denominators: n_texts,
+    With a corrected share comes the uncorrected one, which uses the rule or the model alone. Denominators: n_texts,
     n_labelled (by people).
     """
     texts = run.labels[label.name]

@@ -1,6 +1,6 @@
-"""Shuffles of agents: all orders of a few agents, else random ones, identical on every machine."""
+"""Shuffles of agents: all orders of few agents, or random orders of many, the same on every machine."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from itertools import permutations
 
@@ -13,34 +13,35 @@ DRAWS = 999
 """Number of random shuffles, besides the actual order."""
 
 FEW = 6
-"""Maximum number of agents for which all orders are taken: 720 orders."""
+"""Up to this number of agents, all orders are taken: at most 720."""
 
 _AT_ONCE = 1_000_000
-"""Maximum count of numbers of shuffled agents in memory."""
+"""Maximum number of elements of the orders that are in memory at the same time."""
 
 
 def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, number: int, size: int) -> FloatArray:
-    """Return a statistic of the agents of a class, (R,): first for their actual order, then for shuffled ones.
+    """Return the values of a statistic, (R,): first for the actual order of a class of agents, then for shuffled ones.
 
     Args:
         statistic: function of orders of the agents (r, size) that returns values (r,).
-        classes: number of classes of agents in the run; if there is a single small class, all orders are taken.
-        number: index of this class.
+        classes: number of classes of agents in the run; if there is a single class of few agents, all orders are taken.
+        number: index of this class, from which the random orders are drawn.
         size: number of agents in this class.
     """
     if classes == 1 and size <= FEW:
         return statistic(_orders(size))
-    return np.concatenate([statistic(rows) for rows in _random(number, size)])
+    orders = _kept(number, size) if size * DRAWS <= _AT_ONCE else _blocks(number, size)
+    return np.concatenate([statistic(rows) for rows in orders])
 
 
 def p_value(values: FloatArray) -> float:
-    """Return the share of values (R,) that are at least as large as the first, up to rounding."""
+    """Return the share of the values (R,) that are at least as large as the first one, up to rounding."""
     slack = 1e-9 * float(np.abs(values).max())
     return float((values >= values[0] - slack).mean())
 
 
 def classes_of(asked: BoolArray) -> list[IntArray]:
-    """Return classes of at least two agents that were asked the same kinds of questions.
+    """Return the classes of agents that were asked the same kinds of questions; a class has at least two agents.
 
     Args:
         asked: whether each agent was asked each kind, (N, kinds).
@@ -54,10 +55,6 @@ def classes_of(asked: BoolArray) -> list[IntArray]:
 @lru_cache(maxsize=8)
 def _orders(size: int) -> IntArray:
     return np.array(list(permutations(range(size))), dtype=np.int64)
-
-
-def _random(number: int, size: int) -> Iterable[IntArray]:
-    return _kept(number, size) if size * DRAWS <= _AT_ONCE else _blocks(number, size)
 
 
 @lru_cache(maxsize=8)

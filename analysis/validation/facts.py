@@ -9,13 +9,18 @@ import yaml
 
 from foundry.errors import InputError, not_found
 from foundry.own_code import own_folders
+from foundry.texts import one_line
 
 
 class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An analytic value of a scripted policy.
+    """The value of a measure for a scripted policy that is known from a formula.
 
     Attributes:
-        tolerance: rounding of the number itself, in addition to the Monte Carlo error.
+        name: name of the value in tables.
+        column: the measure, `<signature>.<measure>`.
+        why: derivation of the value.
+        tolerance: error by rounding of the value, in addition to the Monte Carlo error.
+        overrides: settings with which the value holds, such as `world.agents=10`.
     """
 
     name: str
@@ -32,7 +37,7 @@ class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """A published figure of a language model.
 
     Attributes:
-        certain: `read` if the value was read in the source, `known` if it was not checked there.
+        certain: `read` if somebody read the value in the source, `known` if nobody checked it there.
     """
 
     model: str
@@ -46,9 +51,9 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     Attributes:
         score: the measure that represents the world, `<signature>.<measure>`.
-        random: the blind policy, which ignores its observations.
+        random: the scripted policy that ignores its observations.
         best: the scripted policy with the best score, or None.
-        differs: text on how the world with default settings differs from the source.
+        differs: how the world with default settings differs from the one in the source.
     """
 
     world: str
@@ -62,12 +67,12 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     @property
     def policies(self) -> tuple[str, ...]:
-        """The reference policies of the score: the blind one and the best one."""
+        """The policies with which models are compared: `random` and `best`."""
         return tuple(filter(None, (self.random, self.best)))
 
 
 def policies_of(world: str) -> tuple[str, ...]:
-    """Return the reference policies of a world's score; empty if the world has no known results.
+    """Return the policies with which models in a world are compared; none if the world has no known results.
 
     Raises:
         InputError: the world's file cannot be read.
@@ -77,7 +82,7 @@ def policies_of(world: str) -> tuple[str, ...]:
 
 
 def facts_of(world: str) -> Facts | None:
-    """Return the known results of a world; None without any.
+    """Return the known results of a world, or None if there are none.
 
     Raises:
         InputError: the world's file cannot be read.
@@ -101,13 +106,13 @@ def all_facts(worlds: tuple[str, ...] = ()) -> Iterator[Facts]:
 
 
 def _files() -> dict[str, Path]:
-    """Return the file of each world; your own files come before shipped files."""
+    """Return the file of each world; a user's file takes the place of a shipped one."""
     folders = [Path(__file__).parent, *(folder / "validation" for folder in own_folders())]
     return {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
 
 
 def read_yaml(file: Path) -> Any:
-    """Return the content of a file; libyaml's parser, if installed, is several times as fast."""
+    """Return the content of a YAML file, read by libyaml if it is installed, since it is several times as fast."""
     return yaml.load(file.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
 
 
@@ -115,9 +120,7 @@ def _read(file: Path) -> Facts:
     try:
         facts = msgspec.convert(read_yaml(file), Facts)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, msgspec.ValidationError) as error:
-        raise InputError(
-            f"{file} does not describe the known results of a world: {' '.join(str(error).split())}"
-        ) from error
+        raise InputError(f"{file} cannot be read as known results of a world: {one_line(error)}") from error
     if facts.world != file.stem:
         raise InputError(f"{file} is about world '{facts.world}': rename it to {facts.world}.yaml.")
     return facts

@@ -1,4 +1,4 @@
-"""Compares models with known results of their worlds: null, scripted best, closed forms and published figures."""
+"""Compares models with what is known of their worlds: scripted policies, values from formulas, published figures."""
 
 import difflib
 import json
@@ -26,26 +26,26 @@ COLUMNS = (
     "best_policy", "best", "closed_forms", "published_model", "published", "published_certain", "source", "differs",
 )  # fmt: skip
 _ALIKE = 0.6
-"""Minimum similarity of two names that match, 0..1."""
+"""Minimum similarity of two names that count as the same, 0..1."""
 _SIZE = re.compile(r"(?<![a-z0-9.])(?:\d+x)?\d+(?:\.\d+)?[bm](?![a-z0-9])")
 _MOST_TOLD = 3
-"""Maximum number of changed settings that are listed; further ones are only counted."""
+"""Up to this number of changed settings, they are listed; if there are more, only their number is given."""
 _LONGEST = 30
-"""Maximum number of characters of a setting; a longer setting is shown by its ends only."""
+"""Maximum number of characters of a setting; of a longer one, only the first and the last are shown."""
 _LEFT_OUT = frozenset(("_target_", "name"))
 
 
 def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compared: Comparison) -> pd.DataFrame:
     """Return a row per group of runs in a world with known results; the columns are COLUMNS.
 
-    `random` and `best` are means of the blind and of the best policy in this world, for example from `foundry analyze
-    --baselines`; NaN without such runs. `settings` lists the swept settings of the world other than the model.
-    `published` is the figure that `nearest` returns.
+    `random` and `best` are the means of the policies `Facts.random` and `Facts.best` in this world, for example from
+    `foundry analyze --baselines`; NaN without such runs. `settings` lists the swept settings of the world other than
+    the model. `published` is the figure that `nearest` returns.
 
     Args:
         results: the runs.
-        groups: columns that define groups, one row per run.
-        compared: the groups.
+        groups: the columns that define the groups, one row per run.
+        compared: the groups with their estimates.
     """
     first: dict[Group, RunResult] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
@@ -106,14 +106,14 @@ def _row(
 
 
 def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -> tuple[Factor, ...]:
-    """Return the settings that differ between the groups of a world, without baselines."""
+    """Return the settings that differ between the groups of a world, baselines left out."""
     own = [group for group in compared.groups if group not in compared.baselines]
     own = [group for group in own if first[group].keys["world"] == world]
     return find_factors(compared.group_columns, own)
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
-    """Return the figure of the model with the most similar name and equal size; None without a similar name.
+    """Return the figure of the model of equal size with the most similar name; None if no name is similar.
 
     If a name states no size, there must be only one figure with this name.
     """
@@ -139,14 +139,14 @@ def _plain(name: str) -> str:
 
 
 def changed(settings: Mapping[str, Any], world: str) -> str:
-    """Return the settings of a world that differ from its file, such as `agents=12, not 10`; empty for none."""
+    """Return how the settings of a world differ from its file, such as `agents=12, not 10`; empty if they do not."""
     usual = _settings_of(world)
     told = [f"{key}={found}, not {value}" for key, value, found in _differing(usual, settings)]
     return f"{len(told)} settings changed" if len(told) > _MOST_TOLD else "; ".join(told)
 
 
 def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
-    """Return the settings behind a number, such as ` (at agents=10)`, if they differ from the world's; else ""."""
+    """Return the settings for which a value holds, such as ` (at agents=10)`; "" if they are those of the run."""
     usual = _settings_of(world)
     for one in form.overrides:
         path, _, value = one.partition("=")
@@ -160,7 +160,7 @@ def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
 
 
 def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
-    """Return settings after setting one as an override does; in a mapping, only the named keys change."""
+    """Return the settings with one of them changed as by an override; in a mapping, only the named keys change."""
     known = settings if isinstance(settings, Mapping) else {}
     if keys:
         return {**known, keys[0]: _with(known.get(keys[0]), keys[1:], value)}
@@ -170,7 +170,7 @@ def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
 def _differing(
     usual: Mapping[str, Any], settings: Mapping[str, Any], above: str = ""
 ) -> Iterator[tuple[str, str, str]]:
-    """Yield the path of each differing setting, with its default and its actual value; a list counts as one setting."""
+    """Yield each setting that differs: its path, its usual value and its actual value; a list counts as one setting."""
     for key in (key for key in usual if key in settings and f"{above}{key}" not in _LEFT_OUT):
         value, found = usual[key], settings[key]
         if isinstance(value, Mapping) and isinstance(found, Mapping):
@@ -185,7 +185,7 @@ def _short(value: Any) -> str:
 
 
 def _settings_of(world: str) -> dict[str, Any]:
-    """Return the settings in the file of a world; empty without a file."""
+    """Return the settings in the file of a world; none if it has no file."""
     places = [folder / "world" / f"{world}.yaml" for folder in (conf_dir(), *own_folders())]
     file = next((place for place in places if place.is_file()), None)
     found: Mapping[str, Any] = read_yaml(file) if file else {}
@@ -194,17 +194,17 @@ def _settings_of(world: str) -> dict[str, Any]:
 
 
 def validation_table(frame: pd.DataFrame) -> Table:
-    """Return the rows as a readable table, with a published figure after its model."""
+    """Return the rows of `validation_frame` as a readable table."""
     columns = (
         "world", "model", "settings", "measure", "found", "n", "random", "best policy", "closed forms", "published",
         "differs",
     )  # fmt: skip
     caption = (
         "The score of each world next to known results: mean over seeds with its 95 % interval. Random and best: "
-        "means of the blind policy and of the best scripted policy in the same world. Closed forms: analytic "
-        "values, with their settings where these differ from the settings of the sweep. Published: the value of the "
-        "model of equal size with the most similar name. The published study has other prompts, so only the order "
-        "of magnitude is comparable."
+        "means of a policy that ignores its observations, and of the best scripted policy, in the same world. Closed "
+        "forms: values that follow from a formula, with the settings for which they hold if these differ from the "
+        "settings of the sweep. Published: the value of the model of equal size with the most similar name. The "
+        "published study has other prompts, so only the order of magnitude is comparable."
     )
     told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
     return without_empty(Table("validation", caption, columns, tuple(map(_told, told)), labels=4))

@@ -1,4 +1,4 @@
-"""The values of some measures, for each run."""
+"""The values of chosen measures in each run of a sweep."""
 
 import math
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from foundry.storing.store import SweepFolder
 
 
 def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
-    """Return measures of each run of a sweep, by column.
+    """Return the values of some measures, by measure, with one value per run of a sweep.
 
     Raises:
         RecordError: a measure does not exist, or is undefined in a run.
@@ -22,5 +22,5 @@ def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
         for column, values in found.items():
             values.append(measures.get(column, math.nan))
             if math.isnan(values[-1]):
-                raise RecordError(f"run {run.id} in {sweep} has no {column}.")
+                raise RecordError(f"The measure {column} has no value in run {run.id} of {sweep}.")
     return found

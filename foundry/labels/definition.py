@@ -1,4 +1,4 @@
-"""Defines labels. A label is a question about texts, with its choices and a rule that answers it, read from YAML."""
+"""Reads labels from YAML. A label is a question about texts, with its possible answers and a rule that answers it."""
 
 import hashlib
 import re
@@ -15,19 +15,19 @@ from foundry.own_code import own_folders, refuse_shipped_name
 from foundry.texts import one_line
 
 Unit = Literal["message", "decision", "reply", "moment"]
-"""The kind of texts of a label: messages, replies that decide, replies in 3D worlds, replies in a probe."""
+"""The texts to which a label applies: messages, replies with a decision, replies in 3D worlds, replies in a probe."""
 Context = Mapping[str, Any]
-"""The context of a text: names of fires, the target, the agent's prompt, the possible actions."""
+"""Facts about a text by name, such as the fires of the world, the agent's prompt, and the possible actions."""
 Rule = Callable[[str, Context], str | None]
-"""Returns the choice for a text, or None if it cannot read the text."""
+"""A function that returns the choice for a text, or None if it cannot tell."""
 
 YES, NO = "yes", "no"
 UNCLEAR = "unclear"
 """The answer of a labeller who cannot decide; no label may have a choice with this name."""
 NONE = "none"
-"""The choice for a reply without a decision, if the choices are a world's actions."""
+"""If the choices are a world's actions, this is the choice for a reply without a decision."""
 ACTIONS = "actions"
-"""Value in place of choices; the choices are then the actions that the world declares for a reply's question."""
+"""In place of choices, it means the actions that the world declares for the question of a reply."""
 
 _SHIPPED = Path(__file__).parent / "shipped"
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -50,14 +50,15 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
     """A question about texts.
 
     Attributes:
-        name: name of the file.
-        question: template with `$name` for parts of the context, such as `$fires`.
+        name: name of the file without `.yaml`.
+        question: the question to a person; `$name` stands for a fact of the context, such as `$fires`.
         choices: possible answers; empty if they are the world's actions.
         rule: a regular expression (a match means the first choice), or the full name of a function; "" for none.
         rule_is_pattern: whether the rule is a regular expression.
-        near: regular expression or function for texts near the border of the rule, which are drawn more often.
+        near: regular expression or function that matches texts for which the rule may be wrong; people label more of
+            them.
         near_is_pattern: whether `near` is a regular expression.
-        judge: template of the prompt to a model, with `$text`; by default it is made from the question.
+        judge: the prompt to a model, with `$text`; by default it is made from the question.
     """
 
     name: str
@@ -76,7 +77,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return hashlib.sha256(msgspec.json.encode((self.question, self.choices, self.judge))).hexdigest()
 
     def asked(self, context: Context) -> tuple[str, ...]:
-        """Return the lines of the question to a person about a text; the first line with a question mark is first."""
+        """Return the lines of the question to a person, beginning with the line that has a question mark."""
         lines = [line for line in self.question.splitlines() if line.strip()]
         asking = next((line for line in lines if "?" in line), lines[0])
         return tuple(_filled(line, context) for line in (asking, *(one for one in lines if one is not asking)))
@@ -101,7 +102,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return lambda text, _: first if pattern.search(text) else second
 
     def near_function(self) -> Callable[[str, Context], bool]:
-        """Return the function that says whether a text is near the border of the rule."""
+        """Return the function that says whether the rule may be wrong about a text."""
         if self.near_is_pattern:
             pattern = re.compile(self.near)
             return lambda text, _: pattern.search(text) is not None
@@ -114,8 +115,8 @@ def _function(label: Label, key: str, target: str) -> Any:
         return target_of(target)
     except (ImportError, AttributeError, ValueError) as error:
         raise InputError(
-            f"Label '{label.name}': {key} names '{target}', which cannot be imported ({error}). Name a function in "
-            "your own folder, such as rules.is_polite, and give the folder with --config-dir."
+            f"Label '{label.name}': the {key} is the function '{target}', which cannot be imported ({error}). Name a "
+            "function in your own folder, such as rules.is_polite, and give the folder with --config-dir."
         ) from error
 
 
@@ -125,10 +126,10 @@ def _filled(template: str, context: Context) -> str:
 
 
 def label_files() -> dict[str, Path]:
-    """Return the file of each label, by name: shipped labels, and those in `labels/` of your own folders.
+    """Return the file of each label by name: the shipped labels, then those in `labels/` of the user's folders.
 
     Raises:
-        InputError: a user's label has the name of a shipped label.
+        InputError: a label of the user has the name of a shipped label.
     """
     files = {file.stem: file for file in sorted(_SHIPPED.glob("*.yaml"))}
     shipped = dict(files)
@@ -192,9 +193,9 @@ def _judge(question: str, choices: Sequence[str]) -> str:
 
 
 def _check(where: str, choices: Sequence[Any], known: _File) -> None:
-    """Reject a question, choices and patterns that cannot be used."""
+    """Reject an empty question, unusable choices, and patterns that are no regular expressions."""
     if not known.question.strip():
-        raise InputError(f"{where}: the question is empty. Write what a labeller is asked about a text.")
+        raise InputError(f"{where}: the question is empty. Write a question about a text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
         raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Use at least two different ones.")
     if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):
@@ -206,4 +207,6 @@ def _check(where: str, choices: Sequence[Any], known: _File) -> None:
             except re.error as error:
                 raise InputError(f"{where}: {key} is not a regular expression: {error}.") from error
     if isinstance(known.rule, str) and len(choices) != 2:
-        raise InputError(f"{where}: a regular expression as rule needs two choices, but there are {len(choices)}.")
+        raise InputError(
+            f"{where}: a rule that is a regular expression needs exactly two choices, but there are {len(choices)}."
+        )

@@ -1,4 +1,4 @@
-"""Hands out the texts of a sample to people, one at a time, and writes each label before confirming it."""
+"""Gives the texts of a sample to people, one at a time, and writes each label to the disk before it is confirmed."""
 
 import hashlib
 import threading
@@ -21,10 +21,10 @@ class Shown(msgspec.Struct, frozen=True, kw_only=True):
     """A text as a person sees it.
 
     Attributes:
-        question: the line of the label's question that asks.
+        question: the line of the label's question that has a question mark.
         guidance: the other lines of the label's question.
-        told: the prompt of the text's agent; "" if the prompt is irrelevant or already in the guidance.
-        choices: the key and the name of each answer.
+        told: the prompt that the agent got; "" if there is none, or if the question already contains it.
+        choices: for each answer, the key to press and the name.
     """
 
     item: str
@@ -36,10 +36,10 @@ class Shown(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
-    """A person's position in the sample.
+    """How far a person has got in the sample.
 
     Attributes:
-        shown: text to label now; None at the end.
+        shown: text to label now; None if the person has labelled all texts.
         done: number of texts that the person labelled.
         total: number of texts in the sample.
         can_undo: whether there is a label to undo.
@@ -74,12 +74,12 @@ class LabelDesk:
         self._same = {item: items for items in same.values() for item in items}
 
     def place(self, person: str) -> Place:
-        """Return a person's position."""
+        """Return how far a person has got, with the text to label now."""
         with self._lock:
             return self._place(person)
 
     def label(self, person: str, item: str, label: str) -> Place:
-        """Take a label of the text that a person sees; when this returns, the label is on the disk.
+        """Store a person's label of the text that the person sees; when this returns, the label is on the disk.
 
         Raises:
             InputError: the person sees another text, or the label is not one of the choices.
@@ -111,7 +111,7 @@ class LabelDesk:
             return self._place(person)
 
     def done(self) -> Mapping[str, int]:
-        """Return the number of texts that each person has labelled."""
+        """Return the number of texts that each person has labelled, by name."""
         with self._lock:
             return {person: self._count(person) for person in sorted(self._labels)}
 
@@ -128,7 +128,7 @@ class LabelDesk:
         )
 
     def _next(self, person: str) -> str | None:
-        """Return the next text of a person; None at the end."""
+        """Return the next text that a person should label, or None if there is none."""
         mine = self._labels[person]
         others = Counter(item for name, labels in self._labels.items() if name != person for item in labels)
         others.update(item for name, (item, _) in self._now.items() if name != person)
@@ -137,7 +137,7 @@ class LabelDesk:
         return min(left, key=lambda item: (others[item], order[item]), default=None)
 
     def order(self, person: str) -> list[str]:
-        """Return all texts in a person's order: one of every stratum in turn, at random within it."""
+        """Return all texts in the order for a person: one of every stratum in turn, at random within a stratum."""
         drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
         ranks: Counter[int] = Counter()
         rounds: dict[str, tuple[int, bytes]] = {}
@@ -148,7 +148,7 @@ class LabelDesk:
         return sorted(rounds, key=lambda one: rounds[one])
 
     def _add(self, person: str, item: str, label: str | None, seconds: float | None) -> None:
-        """Write a label of a text, and of all equal texts in the sample."""
+        """Write a label of a text and of all equal texts in the sample; None withdraws it."""
         labels = self._known(person)
         for same in (*(one for one in self._same[item] if one != item), item):
             self._folder.add(person, Entry(item=same, label=label, seconds=seconds))

@@ -1,7 +1,8 @@
 """The labels of a sweep in `labels/<label>/`: a file for the sample, one for each person, and one for each model.
 
-A person's file is a journal. A line is on the disk before the page confirms the label; a later line about the same text
-replaces an earlier one. So several people can write at the same time, and a crash loses nothing.
+Each label of a person becomes a line of the person's file. The line is on the disk before the page confirms the label,
+and a later line about the same text replaces an earlier one. So several people can work at the same time, and a crash
+loses nothing.
 """
 
 import hashlib
@@ -29,15 +30,16 @@ LABELS = "labels"
 _PERSON = re.compile(r"\w[\w-]{0,39}")
 _SAMPLE = "sample.json"
 _BEGINS = b'{"item":'
-"""First bytes of every line of a journal."""
+"""Every line of a person's file begins with these bytes."""
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
-    """A line of a person's journal.
+    """A line of a person's file.
 
     Attributes:
-        label: the answer; null if the person undid it.
-        seconds: time from showing the text to the answer.
+        item: name of the text (`Item.id`).
+        label: the answer; null if the person withdrew it.
+        seconds: time between showing the text and the answer.
     """
 
     item: str
@@ -46,7 +48,7 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Judgement(msgspec.Struct, frozen=True, kw_only=True):
-    """The answer of a model about one text; `label` is null if the reply is not one of the choices."""
+    """A model's answer about one text; `label` is null if the reply is none of the choices."""
 
     text: str
     context: dict[str, str | tuple[str, ...]]
@@ -59,9 +61,9 @@ class Judge(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         digest: the model's digest on its server, or null.
-        parameters: everything besides the question that affects the answers.
+        parameters: the model's settings that affect the answers.
         judgements: one for each distinct text with its context.
-        by_hand: judgements of texts with known labels, to measure the model's agreement.
+        by_hand: answers about texts with known labels, which show how often the model is right.
     """
 
     labeller: str
@@ -89,7 +91,7 @@ class LabelFolder:
         return cls(sweep.path / LABELS / label, label)
 
     def sample(self) -> Sample | None:
-        """Return the sample for people; None without one.
+        """Return the texts that people label, or None if none were drawn.
 
         Raises:
             RecordError: the file cannot be read.
@@ -101,12 +103,12 @@ class LabelFolder:
         self._keep(self.path / _SAMPLE, sample)
 
     def judges(self) -> list[Judge]:
-        """Return the answers of models, by name."""
+        """Return the answers of all models, sorted by the names of their files."""
         found = (json_file(file, Judge) for file in sorted(plain(self.path / "models").glob("*.json")))
         return [judge for judge in found if judge is not None]
 
     def keep_judge(self, judge: Judge) -> Path:
-        """Store the answers of a model in place of its earlier answers; return the file."""
+        """Store the answers of a model in place of its earlier answers, and return the file."""
         short = hashlib.sha256(judge.labeller.encode()).hexdigest()[:6]
         file = self.path / "models" / f"{slug(judge.labeller)}-{short}.json"
         self._keep(file, judge)
@@ -117,7 +119,7 @@ class LabelFolder:
         return sorted(file.stem for file in plain(self.path / "people").glob("*.jsonl"))
 
     def labels_by(self, person: str) -> dict[str, str]:
-        """Return the current labels of a person, by text, in the order of labelling.
+        """Return the label that a person gave each text, in the order of labelling.
 
         Raises:
             RecordError: a line cannot be read; the last line, which a crash may have cut, is ignored.
@@ -130,7 +132,7 @@ class LabelFolder:
         return labels
 
     def add(self, person: str, entry: Entry) -> None:
-        """Add a line to a person's journal; when this returns, the line is on the disk.
+        """Add a line to a person's file; when this returns, the line is on the disk.
 
         Raises:
             InputError: the name cannot be used, or the file cannot be written.
@@ -156,14 +158,16 @@ class LabelFolder:
             try:
                 entries += [msgspec.json.decode(line, type=Entry)] if line else []
             except NOT_JSON as error:
-                # A crash may have cut the last line, so a new line is begun.
+                # A line that a crash cut is left out; `add` then began a new line after it.
                 if line.endswith(b"}") or not line.startswith(_BEGINS[: len(line)]):
                     raise RecordError(f"Line {number} of {file} cannot be read: {error}") from error
         return entries
 
     def _journal(self, person: str) -> Path:
         if not _PERSON.fullmatch(person):
-            raise InputError(f"'{person}' is not a valid name: use letters, digits, - and _, at most 40, such as p07.")
+            raise InputError(
+                f"'{person}' is not a valid name for a person: use at most 40 letters, digits, - and _, such as p07."
+            )
         return plain(self.path / "people" / f"{person}.jsonl")
 
     def _keep(self, file: Path, value: msgspec.Struct) -> None:
@@ -173,10 +177,10 @@ class LabelFolder:
 
 @dataclass(frozen=True)
 class Labels:
-    """The labels of people for a sample.
+    """The texts of a sample with the labels of people.
 
     Attributes:
-        by_person: current labels, by person and text.
+        by_person: label by person and text.
     """
 
     sample: Sample
@@ -184,7 +188,7 @@ class Labels:
 
     @classmethod
     def of(cls, sweep: SweepFolder, label: Label) -> "Labels | None":
-        """Return people's labels for this question; None if no sample was drawn for it."""
+        """Return people's labels of a sweep, or None if no sample was drawn for this question."""
         folder = LabelFolder.of(sweep, label.name)
         sample = folder.sample()
         if sample is None or sample.question_sha256 != label.question_sha256:
@@ -193,7 +197,7 @@ class Labels:
 
     @cached_property
     def answers(self) -> dict[str, list[str]]:
-        """Return the answers of all people, by text of the sample, without unanswered texts."""
+        """The answers of all people about each text of the sample that somebody answered."""
         found: dict[str, list[str]] = {}
         for drawn in self.sample.drawn:
             answers = [labels[drawn.item] for labels in self.by_person.values() if drawn.item in labels]
@@ -203,10 +207,10 @@ class Labels:
 
 
 def label_names(sweep: SweepFolder) -> list[str]:
-    """Return the names of the sweep's labels that have a sample or answers."""
+    """Return the names of the labels for which a sweep has a sample or answers."""
     return sorted(entry.name for entry in plain(sweep.path / LABELS).glob("*") if entry.is_dir())
 
 
 def label_files_of(sweep: SweepFolder) -> Sequence[Path]:
-    """Return the files of all labels of a sweep, for bundles."""
+    """Return the files of all labels of a sweep, which belong into a bundle."""
     return sorted(file for file in plain(sweep.path / LABELS).rglob("*.json*") if plain(file).is_file())

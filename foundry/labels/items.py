@@ -1,4 +1,4 @@
-"""The texts of a sweep to which a label applies, each with its context."""
+"""Finds the texts of a sweep to which a label applies, each with its context."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.worlds.compared import Line, compared_of
 
 MESSAGE = "message"
-"""The kind of the question whose answer is a message."""
+"""The kind of question whose answer is a message."""
 _CAMERA = "camera"
 """The form of 3D worlds."""
 _PROBE = "probe"
@@ -31,10 +31,11 @@ class Item:
 
     Attributes:
         step: 1-based step.
-        agent: id of its author.
-        aware: whether the agent knew of a fire: it had perceived one by then, or had heard, in an earlier step, a text
-            with the rule's first choice. Labels drawn at random depend on this.
-        is_readable: whether the decision of the reply is readable; for a message, the decision to say it.
+        agent: id of the agent that wrote it.
+        aware: whether the agent knew of a fire: it had perceived one by then, or it had received in an earlier step a
+            message that is a warning by the rule. The correction by people's labels needs this.
+        is_readable: whether the decision in the reply is readable; for a message, whether the reply with the message
+            is.
     """
 
     run: str
@@ -50,17 +51,17 @@ class Item:
 
     @property
     def id(self) -> str:
-        """A name that is unique in the sweep."""
+        """The name of the text, unique in the sweep."""
         return f"{self.run}/{self.step}/{self.agent}/{self.kind}"
 
     @property
     def content(self) -> bytes:
-        """Everything that a labeller sees of the text; texts with equal content have equal labels."""
+        """All that a labeller sees of the text, as one key; texts with equal content get equal labels."""
         return content_of(self.text, self.context)
 
 
 def content_of(text: str, context: Context) -> bytes:
-    """Return everything that a labeller sees of a text, as one key."""
+    """Return all that a labeller sees of a text and its context, as one key."""
     shown = {key: value for key, value in context.items() if key != _RECORDED}
     return msgspec.json.encode((text, shown), order="sorted")
 
@@ -97,7 +98,7 @@ def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
 
 
 def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
-    """Yield the texts of a label in a run; none if fewer than two answers are possible."""
+    """Yield the texts of a run to which a label applies; none if the choices are actions and there are none."""
     if label.unit == "message":
         yield from _messages_in(run, label)
         return
@@ -107,7 +108,7 @@ def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
 
 
 def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
-    """Yield the messages of a run, heard or not."""
+    """Yield the messages of a run, even those that nobody heard."""
     try:
         fires = tuple(fire.name for fire in msgspec.convert(run.config()["world"].get("fires", ()), list[_Fire]))
     except msgspec.ValidationError as error:
@@ -126,13 +127,13 @@ def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
 def first_aware(
     label: Label, context: Context, sighted: Iterable[tuple[int, int]], heard: Iterable[tuple[int, int, str]]
 ) -> dict[int, int]:
-    """Return the step from which each agent knows of a fire, according to the rule; other agents are left out.
+    """Return the step from which each agent knows of a fire, without agents that never know of one.
 
     Args:
-        label: label with the rule that says which texts are warnings.
+        label: the label whose rule says which texts are warnings.
         context: context of the texts.
-        sighted: pairs of a step and an agent that perceives a fire in this step.
-        heard: a step, an agent that hears a text in this step, and the text; the agent knows from the next step on.
+        sighted: a step, and an agent that perceives a fire in this step.
+        heard: a step, an agent that receives a text in this step, and the text; the agent knows from the next step on.
     """
     found: dict[int, int] = {}
     for step, agent in sighted:
@@ -155,7 +156,7 @@ def _heard_in(run: RunFolder) -> Iterator[tuple[int, int, str]]:
 
 
 def _decisions_in(run: RunFolder) -> Iterator[Item]:
-    """Yield the non-empty replies that decide."""
+    """Yield the replies to questions for which the world declares actions, without empty replies."""
     actions = {kind: one.labels for kind, one in run.declared.actions.items()}
     only = next(iter(actions)) if len(actions) == 1 else ""
     lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))
@@ -172,7 +173,7 @@ def _decisions_in(run: RunFolder) -> Iterator[Item]:
 
 
 def _items_of(run: RunFolder) -> Callable[..., Item]:
-    """Return a function that makes items of a run."""
+    """Return a function that makes an item of this run."""
     return partial(Item, run.id, str(run.recorded_config()["model"]["name"]), run.run.seed)
 
 
@@ -183,7 +184,7 @@ def _told(call: Call) -> str:
 
 
 def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
-    """Return the decision in a line of `steps.jsonl`; NONE if it was unreadable; "" if the line has no decision."""
+    """Return the action in a line of `steps.jsonl`: NONE for an unreadable reply, "" if the line has no action."""
     if line.get("outcome") in _UNREAD:
         return NONE
     done = [line.get(key) for key in compared_of(form).acted] if line.get("outcome") in _READ else []
@@ -191,6 +192,6 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
 
 
 def recorded_action(_: str, context: Context) -> str | None:
-    """The rule of the label `reading`: return the recorded decision of a reply; None if it was unreadable."""
+    """Return the recorded decision of a reply, or None if it was unreadable; the rule of the label `reading`."""
     recorded = str(context[_RECORDED])
     return recorded if recorded not in ("", NONE) else None

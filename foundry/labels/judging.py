@@ -1,4 +1,4 @@
-"""Lets a model label the texts of a sweep, with one question per distinct text."""
+"""Lets a model label the texts of a sweep; equal texts are asked about once."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,11 +11,11 @@ from foundry.texts import counted
 from foundry.worlds.replies import without_thinking
 
 KIND = "label"
-"""The kind of question."""
+"""The kind of question that a model gets when it labels."""
 SAMPLING_SEED = 0
 """Seed of every call, so that equal questions get equal answers."""
 _EXCERPT = 60
-"""Number of characters of an unreadable answer in an error."""
+"""Number of characters of an unreadable answer that an error shows."""
 _SIGNS = " \t\r\n\"'*_`#([{.!)]}"
 
 Texts = Sequence[tuple[str, Context]]
@@ -23,7 +23,7 @@ Texts = Sequence[tuple[str, Context]]
 
 
 def steady(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a model's configuration with temperature 0, if it has a temperature."""
+    """Return a model's configuration with its temperature, if it has one, set to 0."""
     options = config.get("options")
     if isinstance(options, Mapping) and "temperature" in options:
         return {**config, "options": {**options, "temperature": 0.0}}
@@ -31,22 +31,22 @@ def steady(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -> Judge:
-    """Ask a model about texts.
+    """Ask a model the question of a label about texts, and return its answers.
 
     Args:
         model: model with its wrappers; the cache answers earlier questions.
-        label: the question.
+        label: the label.
         texts: the distinct texts of a sweep.
-        by_hand: texts with known labels, to measure the model's agreement.
+        by_hand: texts with known labels, which show how often the model is right.
 
     Raises:
-        InputError: the model only answers other kinds of questions.
+        InputError: the model cannot answer questions about labels.
         FoundryError: no answer is one of the choices.
     """
     if model.kinds is not None and KIND not in model.kinds:
         raise InputError(
-            f"Model '{model.name}' cannot label texts: it answers {', '.join(model.kinds)} only. "
-            "Name a language model with --model."
+            f"Model '{model.name}' cannot label texts, because it answers only questions of the kinds "
+            f"{', '.join(model.kinds)}. Name a language model with --model."
         )
     info = await model.inspect()
     keys = RequestKeys(model, info.digest)
@@ -71,7 +71,7 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
 
 
 def _check_readable(model: str, label: Label, judged: Sequence[Judgement]) -> None:
-    """Raise an error if no answer is a choice, because no measure could be computed."""
+    """Raise an error if none of the answers is a choice, because no measure could be computed."""
     if judged and all(one.label is None for one in judged):
         choices = " nor ".join(label.options(judged[0].context))
         raise FoundryError(
@@ -88,6 +88,6 @@ def _request(prompt: str, keys: RequestKeys) -> Request:
 
 
 def read_answer(reply: str, options: Sequence[str]) -> str | None:
-    """Return the choice in a reply, ignoring surrounding punctuation; None for all other replies."""
+    """Return the choice that a reply consists of, apart from punctuation around it; None for any other reply."""
     said = without_thinking(reply).strip(_SIGNS).casefold()
     return next((one for one in options if one.strip(_SIGNS).casefold() == said), None)

@@ -1,4 +1,4 @@
-"""Draws the texts that people label, each with a known probability. The strata are models and results of the rule."""
+"""Draws the texts that people label, each with a known probability, by strata: the model and the result of the rule."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -11,20 +11,20 @@ from foundry.labels.definition import Context, Label, Rule
 from foundry.labels.items import Item
 
 PER_MODEL = 200
-"""Default number of texts for each model."""
+"""Default number of texts that are drawn for each model."""
 NEAR, REST = "near", "rest"
-"""Names of strata: texts near the border of the rule, and all texts of a label without a rule."""
+"""Names of strata: texts about which the rule may be wrong, and all texts of a label without a rule."""
 _GOLDEN = (5**0.5 - 1) / 2
 
 
 class Drawn(msgspec.Struct, frozen=True, kw_only=True):
-    """A drawn text.
+    """A text that was drawn for people to label.
 
     Attributes:
         item: its name (`Item.id`).
         stratum: index of its stratum in `Sample.strata`.
         step: 1-based step.
-        agent: id of its author.
+        agent: id of the agent that wrote it.
         aware: whether the agent knew of a fire by then (`Item.aware`).
     """
 
@@ -44,9 +44,10 @@ class Stratum(msgspec.Struct, frozen=True, kw_only=True):
     """Texts of a model for which the rule has one result.
 
     Attributes:
-        draw: index of the draw, from 0; texts of runs that are added later belong to further draws.
+        draw: index of the draw, from 0; runs that are added later belong to further draws.
         says: the rule's result: a choice, `near` or `rest`.
-        probability: probability with which each text was drawn, 0..1.
+        size: number of texts in the stratum.
+        probability: probability with which each of them was drawn, 0..1.
     """
 
     draw: int
@@ -61,8 +62,10 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         question_sha256: hash of the question; labels of another question do not count.
-        per_model: number of texts for each model, by draw.
-        runs: ids of the drawn runs, by draw.
+        per_model: number of texts for each model, one number per draw.
+        runs: ids of the runs from which texts were drawn, by draw.
+        strata: the strata of all draws.
+        drawn: the drawn texts.
     """
 
     label: str
@@ -97,17 +100,17 @@ def _strata_of(label: Label, items: Sequence[Item]) -> list[str]:
 
 
 def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable[str], per_model: int | None) -> Sample:
-    """Return a sample with further texts: from new runs, and from all runs up to `per_model`.
+    """Return the sample with more texts: from runs that are new, and from known runs if `per_model` is larger now.
 
-    No text ever leaves a sample; a larger `per_model` adds texts to it.
+    No text ever leaves a sample.
 
     Args:
         sample: the sample so far.
         label: the label.
         items: all texts of the sweep.
         runs: ids of all complete runs, including those without any text.
-        per_model: minimum number of texts for each model in each draw. None takes no more texts from known runs, and
-            the earlier number from new runs.
+        per_model: minimum number of texts for each model in each draw. None adds no texts of known runs, and takes the
+            largest earlier number from new runs.
     """
     known = {run for runs in sample.runs for run in runs}
     fresh = tuple(run for run in runs if run not in known)
@@ -135,25 +138,18 @@ def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable
 
 
 def spread(count: int, probability: float, offset: float) -> list[int]:
-    """Return indices of `count` things, each drawn with the same probability, evenly over their order.
+    """Draw some of the indices 0 to `count` - 1, spread evenly, each with the same probability.
 
-    Index i is drawn if the fractional part of `offset + i / golden ratio` is below the probability. With a uniform
-    offset, each index has exactly this probability. A larger probability only adds indices.
-
-    Args:
-        count: number of things.
-        probability: 0..1.
-        offset: 0..1, uniform at random.
+    Index i is drawn if the fractional part of `offset + i / golden ratio` is below the probability. With an offset that
+    is uniformly random in 0..1, each index has exactly this probability. A larger probability only adds indices.
     """
     return np.flatnonzero((offset + _GOLDEN * np.arange(count)) % 1.0 < probability).tolist()
 
 
 def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
-    """Return the number of texts from each stratum: equal numbers; if a stratum has fewer texts, the others give more.
+    """Return how many of `most` texts come from each stratum, given the number of texts in each.
 
-    Args:
-        sizes: number of texts of each stratum.
-        most: total number of texts.
+    All strata give equally many; if a stratum has too few texts, the others give more.
     """
     left, shares = float(most), dict[str, float]()
     for number, name in enumerate(sorted(sizes, key=lambda one: sizes[one])):

@@ -1,4 +1,4 @@
-"""Runs scripted policies over many seeds, and compares each result with its analytic value."""
+"""Runs scripted policies over many seeds, and compares each result with the value that a formula gives."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
 from foundry import calling
 from foundry.errors import FoundryError
 
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
 
 
 Z = 4.0
-"""Standard errors by which a mean may deviate; of pages with a hundred correct values, one in 160 shows an error."""
+"""A mean may deviate by this number of standard errors; of 160 pages with 100 correct values, one shows an error."""
 _ROUNDING = 1e-9
 COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
 _NOTHING = 1e-12
@@ -38,14 +36,14 @@ without any model:
 
 @dataclass(frozen=True)
 class Held:
-    """A result of scripted policies, with its analytic value.
+    """The result of a scripted policy, with the known value.
 
     Attributes:
-        column: measure.
+        column: the measure.
         result: mean over seeds.
-        error: its standard error; 0 if every seed gives one value.
-        tolerance: rounding of the analytic value.
-        why: derivation of the analytic value.
+        error: its standard error; 0 if every seed gives the same value.
+        tolerance: error by rounding of the known value.
+        why: derivation of the known value.
     """
 
     world: str
@@ -61,12 +59,12 @@ class Held:
 
     @property
     def holds(self) -> bool:
-        """True if the result is within `Z` standard errors and the tolerance of the analytic value."""
+        """True if the result differs from the known value by at most `Z` standard errors plus the tolerance."""
         return abs(self.result - self.value) <= self.tolerance + Z * self.error + _ROUNDING * max(abs(self.value), 1.0)
 
 
 def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held]:
-    """Run all policies of a world with analytic values."""
+    """Run all scripted policies of a world that have known values, and yield each result."""
     alike: dict[tuple[Any, ...], list[ClosedForm]] = {}
     for one in facts.closed_forms:
         alike.setdefault((one.policy, one.overrides, one.seeds), []).append(one)
@@ -75,7 +73,7 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
 
 
 def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
-    """Run one policy, and compare it with all its analytic values."""
+    """Run one policy, and yield its result for each of its known values."""
     from analysis.validation.run_values import values_of
 
     one = forms[0]
@@ -83,20 +81,15 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
     where = (f"output.dir={folder}", "cache.path=''", "analyze=false")
     ran = calling.sweep(*asked, *where, config_dir=mine[0] if mine else None)
     if ran.failed:
-        raise FoundryError(f"'{one.name}' of world '{world}' cannot be run: {ran.failed[0]}")
+        raise FoundryError(f"The known value '{one.name}' of world '{world}' cannot be checked: {ran.failed[0]}")
     command = f"foundry -m {shlex.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
     values = values_of(ran.path, [form.column for form in forms])
     for form in forms:
         result, error = _mean(values[form.column])
         yield Held(
-            world=world,
-            command=command,
-            column=form.column,
-            n=one.seeds,
-            result=result,
-            error=error,
-            **_said(form),
-        )
+            world=world, name=form.name, command=command, column=form.column, n=one.seeds, result=result, error=error,
+            value=form.value, tolerance=form.tolerance, why=form.why,
+        )  # fmt: skip
 
 
 def _mean(values: Sequence[float]) -> tuple[float, float]:
@@ -106,13 +99,8 @@ def _mean(values: Sequence[float]) -> tuple[float, float]:
     return mean, spread / math.sqrt(len(values))
 
 
-def _said(one: ClosedForm) -> dict[str, Any]:
-    kept = ("name", "value", "tolerance", "why")
-    return {key: value for key, value in msgspec.structs.asdict(one).items() if key in kept}
-
-
 def row(one: Held) -> tuple[str, ...]:
-    """Return an analytic value as a row of a table; the columns are COLUMNS."""
+    """Return a result as a row of a table; the columns are COLUMNS."""
     known = f"{one.value:g}" + (f" ± {one.tolerance:g}" if one.tolerance else "")
     return (one.world, one.name, one.column, str(one.n), found(one), known, "yes" if one.holds else "NO")
 

@@ -74,7 +74,7 @@ def test_a_label_of_ones_own_needs_a_question_alone_and_unquoted_yes_and_no_are_
         ("polite", "question: Q\nchoices: [a, a]", "Use at least two different ones"),
         ("polite", "question: Q\nchoices: [a, unclear]", "which is always offered"),
         ("polite", "question: Q\nrule: '(('", "rule is not a regular expression"),
-        ("polite", "question: Q\nchoices: [a, b, c]\nrule: x", "needs two choices, but there are 3"),
+        ("polite", "question: Q\nchoices: [a, b, c]\nrule: x", "needs exactly two choices, but there are 3"),
         ("polite", "question: Q\nunit: sentence", "Invalid enum value 'sentence'"),
         ("polite", "question: [", "is not a label"),
         ("Not A Name", "question: Q", "Use at most 40 of a-z, 0-9 and _"),
@@ -92,7 +92,7 @@ def test_an_unknown_label_a_shipped_name_and_a_rule_that_cannot_be_imported_are_
     with pytest.raises(InputError, match=r"Label 'warnin' not found. Did you mean 'warning'\?"):
         label_named("warnin")
     (mine / "polite.yaml").write_text("question: Q\nrule: {_target_: no.such.rule}\n", encoding="utf-8")
-    with pytest.raises(InputError, match="Label 'polite': rule names 'no.such.rule', which cannot be imported"):
+    with pytest.raises(InputError, match="Label 'polite': the rule is the function 'no.such.rule', which"):
         label_named("polite").rule_function()
     (mine / "warning.yaml").write_text("question: Q\n", encoding="utf-8")
     with pytest.raises(InputError, match="has the name 'warning' of a shipped part"):

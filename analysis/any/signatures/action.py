@@ -1,4 +1,4 @@
-"""Action: the actions of agents, and how evenly they choose them."""
+"""Action: which actions agents choose, and how evenly."""
 
 import math
 
@@ -31,8 +31,8 @@ HEADLINE = ("share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*")
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the actions of a run, over the counted decisions with an action, pooled over agents.
 
-    If a world has several kinds of decisions, names end in `_<kind>`; shares are share_<kind>_<label>. For actions that
-    are labels:
+    If a world has several kinds of decisions, the names of measures end in `_<kind>`, and shares are named
+    share_<kind>_<label>. For actions that are labels:
 
     - share_<label>: actions with this label / actions; 0..1. Only for declared labels.
     - variety: pairs of actions that differ / pairs of actions; 0..1. Its mean does not depend on the number of actions;
@@ -68,8 +68,4 @@ def _labels(one: Decided, suffix: str, declared: bool) -> dict[str, float]:
 
 def _numbers(one: Decided) -> dict[str, float]:
     numbers = one.values[:, 0]
-    return {
-        "mean": mean(numbers),
-        "sd": spread(numbers),
-        "n_actions": float(len(numbers)),
-    }
+    return {"mean": mean(numbers), "sd": spread(numbers), "n_actions": float(len(numbers))}

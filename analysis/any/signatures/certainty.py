@@ -1,4 +1,4 @@
-"""Certainty: how sure a model is of its decisions, how probable each decision is, and how often the model is right."""
+"""Certainty: how probable the model's decisions are by its own log-probabilities, and whether it is right as often."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,7 @@ MEASURES = {
     "probability": share(
         "Probability of the decision, among declared decisions", says="is {more|less} sure of its decisions"
     ),
-    "entropy": share("Entropy over declared decisions (of its maximum)"),
+    "entropy": share("Entropy of the probabilities of declared decisions (of its maximum)"),
     "covered": share("Probability of all declared decisions together"),
     "expected_*": share("Expected to decide * (share)", says="is expected to decide * {more|less} often"),
     "beyond_draws": Measure(
@@ -52,17 +52,17 @@ def measure(run: AnyRun) -> dict[str, float]:
     """Return the certainty of a run's decisions, by the log-probabilities of the tokens that decide.
 
     A decision has probabilities if one token of the reply decides between the declared labels. p(l) is the probability
-    of label l at this token, as a share of all labels, at temperature 1 and before filters and grammar. q(l) is the
-    share that is expected with the temperature and the filters of the call.
+    of label l at this token, divided by that of all labels together, at temperature 1 and before filters and grammar.
+    q(l) is the share of decisions for l that is expected with the temperature and the filters of the call.
 
     - probability: mean of p(decided); 0..1.
     - entropy: mean of (-sum p log2 p) / log2 L, for the L declared labels; 0..1. Source: Shannon 1948.
     - covered: mean probability of all labels together; 0..1. Decisions that other measures leave out count too.
-    - expected_<label>: mean of q(label); 0..1. If there are several kinds, the kind stands before the label. It
+    - expected_<label>: mean of q(label); 0..1. If there are several kinds, the name is expected_<kind>_<label>. It
       estimates the same share as `action.share_<label>`, without the noise of drawing one decision.
-    - beyond_draws: mean of q(decided) - sum of q^2; -1..1, 0 for decisions that are drawn by q. Another value means
-      that the server does not draw as the call says, for example at another temperature. Then expected shares are
-      wrong.
+    - beyond_draws: mean of (q(decided) - sum of q^2); -1..1. It is 0 if decisions are drawn with the probabilities q.
+      Another value means that the server does not draw as the call says, for example at another temperature. Then
+      expected shares are wrong.
 
     In worlds that record the right decision as `truth`:
 
@@ -77,6 +77,7 @@ def measure(run: AnyRun) -> dict[str, float]:
     n_right (with a right decision).
     """
     told = list(_told(run))
+    knows_truth = run.probabilities is not None and run.probabilities.knows_truth
     kept = [one for one in told if one.found.covered >= LEAST_COVERED]
     drawn = [one for one in kept if one.found.error <= GREATEST_ERROR]
     return {
@@ -85,7 +86,7 @@ def measure(run: AnyRun) -> dict[str, float]:
         "covered": mean(one.found.covered for one in told),
         **_expected(run, drawn),
         "beyond_draws": mean(_beyond_draws(one.found) for one in drawn),
-        **(_calibration([one for one in kept if one.right in one.found.shares]) if _knows_truth(run) else {}),
+        **(_calibration([one for one in kept if one.right in one.found.shares]) if knows_truth else {}),
         "n_told": float(len(kept)),
         "n_low": float(len(told) - len(kept)),
         "n_expected": float(len(drawn)),
@@ -94,7 +95,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class _Told:
-    """The probabilities of one decision, its kind, and the right decision if there is one."""
+    """The probabilities of one decision, its kind, and the right decision, if there is one."""
 
     kind: str
     found: Certainty
@@ -123,10 +124,6 @@ def _expected(run: AnyRun, drawn: list[_Told]) -> dict[str, float]:
 
 def _beyond_draws(found: Certainty) -> float:
     return found.expected[found.decided] - math.fsum(share**2 for share in found.expected.values())
-
-
-def _knows_truth(run: AnyRun) -> bool:
-    return run.probabilities is not None and run.probabilities.knows_truth
 
 
 def _calibration(told: list[_Told]) -> Mapping[str, float]:

@@ -21,7 +21,7 @@ MEASURES = {
     "audience": Measure("Hearers per message", low=0),
     "length": Measure("Length of a message (characters)", low=0, says="writes {longer|shorter} messages"),
     "variety": share("Pairs of messages with different texts (share)", says="says {more|less} varied things"),
-    "distinct_share": share("Distinct texts (share of messages)"),
+    "distinct_share": share("Different texts (share of messages)"),
 }
 
 HEADLINE = ("rate", "reply_rate", "length", "variety")
@@ -36,7 +36,7 @@ def measure(run: AnyRun) -> dict[str, float]:
     - reply_rate: `rate` over agent-steps whose agent received a message at the step before; 0..1. NaN without such
       agent-steps. It equals `rate` if messages do not depend on received ones and all agents speak equally often.
     - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
-    - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
+    - gini: Gini coefficient of the number of messages per agent; 0 (equal)..1 - 1/N. NaN without messages.
     - audience: deliveries / messages; 0..N. NaN without messages.
     - length: mean length of a message, Unicode characters. NaN without messages.
     - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
@@ -73,5 +73,5 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _cells(run: AnyRun, step: IntArray, agent: IntArray) -> IntArray:
-    """Return a number for each combination of step and agent (n,)."""
+    """Return a number for each pair of a step and an agent, different for different pairs, (n,)."""
     return step * run.agents + agent

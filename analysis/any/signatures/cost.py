@@ -17,16 +17,16 @@ MEASURES = {
     "retries": Measure("Tries that failed", low=0),
     "prompt_tokens": Measure("Tokens of the prompts", low=0),
     "output_tokens": Measure("Tokens of the replies", low=0),
-    "model_s": Measure("Seconds of the model", low=0),
-    "wall_s": Measure("Seconds from start to end", low=0),
+    "model_s": Measure("Seconds until the model's answers, summed over calls", low=0),
+    "wall_s": Measure("Seconds from the run's start to its end", low=0),
     "cached_share": share("Calls answered from the cache (share)"),
     "prompt_cached_share": share("Tokens of the prompts from the server's prompt cache (share)"),
     "calls_per_decision": Measure("Model calls per decision", low=0),
     "retries_per_decision": Measure("Tries that failed, per decision", low=0),
     "prompt_tokens_per_decision": Measure("Tokens of the prompts per decision", low=0),
     "output_tokens_per_decision": Measure("Tokens of the replies per decision", low=0),
-    "model_s_per_decision": Measure("Seconds of the model per decision", low=0),
-    "wall_s_per_decision": Measure("Seconds from start to end, per decision", low=0),
+    "model_s_per_decision": Measure("Seconds until the model's answers, per decision", low=0),
+    "wall_s_per_decision": Measure("Seconds from the run's start to its end, per decision", low=0),
 }
 
 HEADLINE = ("prompt_tokens_per_decision", "output_tokens_per_decision", "model_s_per_decision", "retries")

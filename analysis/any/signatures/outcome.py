@@ -29,15 +29,15 @@ HEADLINE = ("readable", "message_readable", "repaired")
 def measure(run: AnyRun) -> dict[str, float]:
     """Return the outcomes of a run's calls.
 
-    Action calls are calls of kinds with declared actions, or all calls if the world declares none. All others are
-    message calls, measured only if the world can send messages.
+    Action calls are the calls of kinds for which the world declares actions, or all calls if it declares none. All
+    other calls are message calls, which are measured only if agents can send messages.
 
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
     - message_<outcome>: message calls with this outcome / message calls; 0..1.
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
     - failure_rate, message_failure_rate: share of the other four outcomes, unreadable decisions; 0..1.
 
-    NaN without such calls. Denominators: n_decisions and n_message_decisions, calls of each kind.
+    NaN without such calls. Denominators: n_decisions (action calls), n_message_decisions (message calls).
     """
     acting = np.isin(run.kind, list(run.declared.actions or set(run.kind.tolist())))
     found = {**outcome_shares(run.outcome[acting]), "n_decisions": float(acting.sum())}
@@ -49,7 +49,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def outcome_shares(outcomes: IntArray) -> dict[str, float]:
-    """Return the share of each outcome and of readable ones; outcomes of any shape, indices into OUTCOMES."""
+    """Return the share of each outcome, and of readable replies; `outcomes` holds indices into OUTCOMES."""
     counts = {name: int((outcomes == index).sum()) for index, name in enumerate(OUTCOMES)}
     readable = sum(counts[OUTCOMES[index]] for index in READABLE)
     shares = {str(name): ratio(count, outcomes.size) for name, count in counts.items()}

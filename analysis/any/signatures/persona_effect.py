@@ -1,4 +1,4 @@
-"""Persona effect: the share of actions explained by each attribute of personas, beyond shuffled personas."""
+"""Persona effect: how much each attribute of the personas explains of the actions, beyond shuffled personas."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,27 +17,26 @@ from analysis.measure import Measure, Null, share
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of groups on actions.
+    """How much groups of agents explain of their actions.
 
     Attributes:
-        share: share of the variance of decisions at a moment, minus its mean for shuffled groups. NaN if nothing
-            varies, or if all agents or no two agents share a group.
-        p: share of shuffles, the actual grouping included, with an effect at least as large as the actual one.
-        agents: number of compared agents.
+        share: explained share of the variance of decisions at a moment, minus its mean for shuffled groups. NaN if
+            nothing varies, if all agents are in one group, or if each is in its own.
+        p: share of shuffles, the actual groups included, that explain at least as much as the actual groups.
     """
 
     share: float
     p: float
-    agents: int
 
 
 @dataclass(frozen=True)
 class Means:
-    """Mean actions of agents over a run, relative to the others at the same moments.
+    """How far each agent's actions deviate from those of the others at the same moments, as mean over a run.
 
     Attributes:
-        values: mean deviation in units of the standard deviation of decisions at a moment, (N, C) over all kinds.
-        classes: ids of agents that were asked the same kinds of questions, at least two each.
+        values: mean deviation in units of the standard deviation of decisions at a moment, (N, C); C columns for all
+            kinds together.
+        classes: ids of the agents that were asked the same kinds of questions, at least two per class.
     """
 
     values: FloatArray
@@ -45,13 +44,16 @@ class Means:
 
 
 def means(found: Sequence[Decided], agents: int) -> Means:
-    """Return the mean actions of agents over all kinds; a kind weighs by its number of decisions."""
+    """Return how far each of N agents deviates, over all kinds; a kind weighs by its number of decisions."""
     values, able, counts = [], [], []
     for one in map(scaled, found):
         whole = deviations(one, one.moment, agents)
         chance = variance(whole)
         if chance > 0:
-            values.append(_mean_deviations(whole.sums, whole.weights) / np.sqrt(chance))
+            # The mean at a moment includes an agent's own decisions, so the agent seems nearer to it than it is.
+            sums, is_able = whole.sums * (1 - ratio(1, int(whole.able.sum()))), whole.able[:, None]
+            means_of = np.divide(sums, whole.weights[:, None], out=np.zeros_like(sums), where=is_able)
+            values.append(means_of / np.sqrt(chance))
             able.append(whole.able)
             counts.append(np.where(whole.able, np.bincount(one.agent, minlength=agents), 0))
     if not values:
@@ -64,16 +66,8 @@ def means(found: Sequence[Decided], agents: int) -> Means:
     return Means(np.hstack(values), classes)
 
 
-def _mean_deviations(sums: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the mean deviation of an agent's decisions, (N, C); 0 for agents that cannot be compared."""
-    able = weights > 0
-    # The mean at a moment includes an agent's own decisions, so the agent seems nearer to the others than it is.
-    found = sums * (1 - ratio(1, int(able.sum())))
-    return np.divide(found, weights[:, None], out=np.zeros_like(sums), where=able[:, None])
-
-
 def effect(of: Means, groups: Mapping[int, str]) -> Effect:
-    """Return the effect of groups of agents, given by id; agents without a group are left out.
+    """Return how much the groups explain; `groups` is the group of each agent by id, without agents in no group.
 
     The agents' whole runs are shuffled, so dependence from step to step stays intact. Each agent is compared with the
     others at the same moments, so common behaviour cancels out.
@@ -82,13 +76,12 @@ def effect(of: Means, groups: Mapping[int, str]) -> Effect:
     parts = [_sorted(of.values[one], [groups[agent] for agent in one]) for one in members]
     parts = [one for one in parts if one.has_groups]
     if not parts:
-        return Effect(math.nan, math.nan, 0)
-    agents = sum(len(one.values) for one in parts)
-    free = agents - len(parts)
+        return Effect(math.nan, math.nan)
+    free = sum(len(one.values) for one in parts) - len(parts)
     shuffled = np.sum(
         [over_shuffles(one.between, len(parts), number, len(one.values)) for number, one in enumerate(parts)], axis=0
     )
-    return Effect(float(shuffled[0]) / free, p_value(shuffled), agents)
+    return Effect(float(shuffled[0]) / free, p_value(shuffled))
 
 
 @dataclass(frozen=True)
@@ -109,10 +102,13 @@ class _Grouped:
         return 1 < len(self.sizes) < len(self.values)
 
     def between(self, orders: IntArray) -> FloatArray:
-        """Return the sum of squares between groups in excess of shuffled groups, (r,), for orders (r, n).
+        """Return the sum of squares between groups in excess of shuffled groups, (r,), for r orders of the n agents.
 
         Let S be the sum of squares of n agents. Shuffled groups explain (G - 1) / (n - 1) of S on average. The excess
         is divided by the remaining share of S, so that groups that explain everything get S.
+
+        Args:
+            orders: orders of the agents, (r, n).
         """
         starts = np.concatenate(([0], np.cumsum(self.sizes)[:-1]))
         sums = np.add.reduceat(self.values[orders], starts, axis=1)
@@ -135,7 +131,7 @@ MEASURES = {
     "n_agents": Measure("Agents that are compared", low=0),
     "p_*": share("Shuffles in which * explains as much (share)"),
     "*": Measure(
-        "Variance of actions explained by *, beyond shuffled personas (share)",
+        "Variance of actions explained by *, minus that of shuffled personas (share)",
         null=Null(0, "acts independently of its persona, whatever its habits"),
         says="follows the * of its persona {more|less}",
     ),

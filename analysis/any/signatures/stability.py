@@ -1,4 +1,4 @@
-"""Stability: how much an agent's next action depends on its last one of the same kind."""
+"""Stability: how much an agent's next action depends on its previous one of the same kind."""
 
 import numpy as np
 
@@ -30,10 +30,10 @@ def measure(run: AnyRun) -> dict[str, float]:
     - repeats_beyond_chance: persistence minus its expectation if each agent's actions of a kind came in random order;
       -1..1. If n_k of n counted actions are of sort k, a pair is equal by chance with probability sum of n_k (n_k - 1)
       / (n (n - 1)). This is exact even for few actions and for agents with different habits.
-    - run_length: mean length of the runs of equal actions, decisions. A decision without an action, or one that does
-      not count, ends a run. NaN without any action.
+    - run_length: mean number of equal actions in a row. A decision without an action, or one that does not count, ends
+      a row. NaN without any action.
 
-    The other measures are NaN without pairs. Denominators: n_pairs, n_runs (of equal actions).
+    The other measures are NaN without pairs. Denominators: n_pairs, n_runs (rows of equal actions).
     """
     asked = _numbered(run.agent, _codes(run.kind))
     order = np.argsort(asked, kind="stable")
@@ -55,10 +55,10 @@ def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolA
     """Return the expected number of equal pairs if the actions of each agent and kind came in random order.
 
     Args:
-        asked: index of the agent and kind, by decision (K,).
-        action: index of the action, (K,).
-        acted: whether the decision counts and has an action, (K,).
-        pairs: whether the decision and the next one are a pair, (K - 1,).
+        asked: number of the agent and kind of each decision, (K,).
+        action: number of the action of each decision, (K,).
+        acted: whether each decision counts and has an action, (K,).
+        pairs: whether each decision and the next one are a pair, (K - 1,).
     """
     if not pairs.any():
         return 0.0
@@ -76,16 +76,16 @@ def _has_action(run: AnyRun) -> BoolArray:
 
 
 def _actions(run: AnyRun) -> IntArray:
-    """Return a number for each decision, equal for equal actions, (K,)."""
+    """Return a number for the action of each decision, the same for equal actions, (K,)."""
     return _numbered(_codes(run.action), np.unique(run.number, return_inverse=True)[1])
 
 
 def _codes(values: TextArray) -> IntArray:
-    """Return a number for each text, equal for equal texts, (K,)."""
+    """Return a number for each text, the same for equal texts, (K,)."""
     known: dict[str | None, int] = {}
     return np.array([known.setdefault(one, len(known)) for one in values.tolist()], dtype=np.int64)
 
 
 def _numbered(first: IntArray, second: IntArray) -> IntArray:
-    """Return a number for each pair of numbers."""
+    """Return a number for each pair of numbers, the same for equal pairs, (K,)."""
     return first * (int(second.max(initial=0)) + 1) + second

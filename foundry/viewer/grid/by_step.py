@@ -1,4 +1,4 @@
-"""Series over the steps of a 2D run: news of fires, groups of agents, and their actions."""
+"""Numbers for each step of a 2D run: news of fires, groups of agents, and their actions."""
 
 import math
 import threading
@@ -12,7 +12,7 @@ from foundry.viewer.run_view import UNDECIDED, IsWarning
 
 
 class News:
-    """The agents that know of a fire.
+    """Tracks which agents know of a fire.
 
     As in the analysis, agents first perceive, then speak and then hear within a step. An agent can pass news on from
     the step after it was told.
@@ -34,13 +34,16 @@ class News:
 
     @property
     def reach(self) -> float | None:
-        """Agents told before they perceived / all agents except those that perceived first; None without agents."""
+        """Share of agents that were told before they perceived a fire, of those that did not perceive one first.
+
+        None if there are no such agents.
+        """
         others = len(self._seen) - len(self._perceived - self._told)
         return len(self._told) / others if others else None
 
     @property
     def saw(self) -> float | None:
-        """Agents that perceived a fire / agents; None without agents."""
+        """Share of agents that perceived a fire; None without agents."""
         return len(self._perceived) / len(self._seen) if self._seen else None
 
 
@@ -56,7 +59,7 @@ THERE = "present (agents)"
 
 
 class GridByStep:
-    """Series of numbers over the steps of a run. Values depend on earlier steps, so steps are added in order.
+    """A list of values by step for each of several numbers; steps are added in order, as values depend on earlier ones.
 
     - WARNED: agents that a warning told of a fire before they perceived one / agents so far that did not perceive one
       first. The warning must go back to an agent that had perceived the fire. After the last step it equals
@@ -66,15 +69,14 @@ class GridByStep:
     - DISTANCE: mean over the agents, before the step, of the Euclidean distance to the nearest burning fire.
     - GROUP: largest connected group of agents that can talk before the step / agents.
     - ALONE: agents that can talk to nobody / agents.
-    - SAID, HEARD, MOVED, THERE: number of agents that said something, were told something, changed their cell, were
+    - SAID, HEARD, MOVED, THERE: number of agents that said something, received a message, changed their cell, were
       present. For each place: number of agents in the place before the step.
-    - UNREAD: unreadable actions and messages.
+    - UNREAD: number of unreadable actions and messages.
 
     Args:
         world: the world's settings: `fires` and `places`.
-        is_warning: returns whether a text warns of fires with the given names; None if unknown, so that WARNED is
-            omitted.
-        steady: whether all agents are present at all steps.
+        is_warning: returns whether a text warns of fires with the given names; None leaves out WARNED.
+        steady: whether all agents are present at all steps; if so, THERE is left out.
     """
 
     def __init__(
@@ -104,7 +106,7 @@ class GridByStep:
         Args:
             first: the first step.
             rows: the records of these steps, in order.
-            deliveries: by step, sender and recipient of each message, flat.
+            deliveries: for each step, sender and recipient of the first message, then of the second, and so on.
         """
         with self._lock:
             if first != self.done + 1:
@@ -118,7 +120,7 @@ class GridByStep:
         inside, there = Counter(row.place for row in rows), len(rows)
         found: dict[str, float | None] = self._of_fires(step, rows, delivered) if self._fires else {}
         found[GROUP] = _largest_group(rows) / there if rows else None
-        found |= {_in_place(name): inside[name] for name in self._places}
+        found |= {f"in {name} (agents)": inside[name] for name in self._places}
         found[ALONE] = sum(not row.neighbours for row in rows) / there if rows else None
         found |= {SAID: sum(row.message is not None for row in rows), HEARD: len(set(delivered[1::2]))}
         found |= {MOVED: sum(row.moved for row in rows)}
@@ -142,10 +144,6 @@ class GridByStep:
         if not burning or not rows:
             return None
         return sum(min(math.dist((row.x, row.y), one) for one in burning) for row in rows) / len(rows)
-
-
-def _in_place(name: str) -> str:
-    return f"in {name} (agents)"
 
 
 def _largest_group(rows: Sequence[GridStep]) -> int:

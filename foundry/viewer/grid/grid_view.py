@@ -1,4 +1,4 @@
-"""A run of a 2D world as columns of small numbers for the page."""
+"""Gives the page a run of a 2D world as lists of small numbers."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,9 +15,9 @@ from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
 DEEDS = ("gather", "share", "attack", "reproduce")
-"""Further actions of agents, in worlds with energy."""
+"""The further actions of agents in a world with energy."""
 SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
-"""Bits of `flags`: the agent spoke, moved, perceived a fire, was absent."""
+"""The bits of `flags` say whether an agent spoke, moved, perceived a fire, or was absent."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}
@@ -40,7 +40,7 @@ class _Reproduction(msgspec.Struct):
 
 
 class _Grid(msgspec.Struct):
-    """The needed part of a world's settings."""
+    """The settings of a world that the page needs."""
 
     agents: Annotated[int, msgspec.Meta(ge=1)]
     half_size: Annotated[int, msgspec.Meta(ge=0)]
@@ -59,11 +59,11 @@ class _Cell(msgspec.Struct):
 
 
 FURNITURE = ("walls", "exits", "zones", "food", "energy")
-"""Further parts of the settings that the page draws, if the world has them."""
+"""Names of the optional parts of a world that the page draws."""
 
 
 class GridView(RunView):
-    """See `foundry/viewer/README.md` for the keys of results."""
+    """The view of a run of a 2D world; `foundry/viewer/README.md` lists the keys of its results."""
 
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
@@ -81,26 +81,29 @@ class GridView(RunView):
 
     @property
     def agents(self) -> int:
-        """Largest possible number of agents."""
+        """Maximum number of agents in the run, including agents that may be born."""
         births = self._grid.reproduction
         return self._grid.agents if births is None else max(self._grid.agents, births.most)
 
     @property
     def done(self) -> int:
-        """Number of fully recorded steps; if agents come and go, the last step counts only when the run has ended."""
+        """Number of completely recorded steps.
+
+        If agents come and go, the last step may lack lines, so it counts only when the run has ended.
+        """
         if not self._come_and_go:
             return super().done
         return self.steps.last[0] if self.folder.ended else max(0, self.steps.last[0] - 1)
 
     def about_world(self) -> dict[str, Any]:
-        """Return the grid, its places and fires, and its further parts."""
+        """Return the size of the grid, its places and fires, and the optional parts that the page draws."""
         keys = ("half_size", "places", "fires", "communication_distance")
         world = self.folder.world()  # positions may have been recorded in the meantime
         further = {key: world[key] for key in FURNITURE if world.get(key)}
         return {key: world.get(key) for key in keys} | {"directions": DIRECTIONS} | further
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return positions, actions, outcomes, links and deliveries."""
+        """Return positions, actions, outcomes, links and deliveries of the given steps."""
         rows = self._rows(first, last)
         links: list[list[int]] = [[] for _ in range(first, last + 1)]
         for row in rows:
@@ -111,7 +114,7 @@ class GridView(RunView):
         size = (last - first + 1) * self.agents
 
         def dense(values: Iterable[int], nothing: int = 0, *, ends: Iterable[int] = ()) -> list[int]:
-            """Return the values by step and agent; with `ends`, also the values after the last step."""
+            """Return a list of the values by step and agent; with `ends`, also the values after the last step."""
             after = list(ends)
             found = [nothing] * (size + (self.agents if after else 0))
             for room, end in zip(rooms, after, strict=False):
@@ -136,7 +139,7 @@ class GridView(RunView):
         }
 
     def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
-        """Return x, y and amount of the changed cells: up to the first step, then for each later step."""
+        """Return x, y and amount of each changed cell: a list for all steps up to the first, then one for each step."""
         lines.grow()
         found: list[list[int]] = [[] for _ in range(first, last + 2)]
         for one in lines_of(lines.read(0, last), _Cell, lines.path):
@@ -146,11 +149,12 @@ class GridView(RunView):
     def _code(self, codes: Mapping[Any, int], name: str | None, row: GridStep) -> int:
         if name not in codes:
             known = ", ".join(str(one) for one in codes)
-            raise RecordError(f"{self.steps.path}: step {row.step}, agent {row.agent}: '{name}' is none of {known}.")
+            where = f"{self.steps.path}: step {row.step}, agent {row.agent}"
+            raise RecordError(f"{where}: '{name}' is unknown. It must be one of {known}.")
         return codes[name]
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return the numbers of undecided and repaired decisions, speakers and moves by step."""
+        """Return for each step how many decisions were unreadable or repaired, and how many agents spoke and moved."""
         marks = {name: [0] * max(0, last - first + 1) for name in ("undecided", "repaired", "said", "moved")}
         for row in self._rows(first, last):
             at = row.step - first
@@ -162,13 +166,13 @@ class GridView(RunView):
         return marks
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield, for each step of an agent, the agent and its counts of messages, moves and failures."""
+        """Yield for each step of each agent its id, and its numbers of messages, moves and unreadable decisions."""
         for row in self._rows(first, last):
             failures = sum(outcome in UNDECIDED for outcome in (row.outcome, row.message_outcome))
             yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the series of `GridByStep` for the given steps."""
+        """Return the numbers of `GridByStep` for the given steps."""
         found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
         self._by_step = found
         while (known := found.done) < last:
@@ -177,17 +181,17 @@ class GridView(RunView):
         return {name: values[first - 1 : last] for name, values in found.values.items()}
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return the messages."""
+        """Return step, sender and text of each message in the given steps."""
         return [(row.step, row.agent, row.message) for row in self._rows(first, last) if row.message is not None]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the agent's cells, outcomes and persona; cells include the cell before the first step."""
+        """Return the agent's cells, outcomes and persona; the first cell is the one before the first step."""
         spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
         return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the result of `track` for every agent, reading everything once."""
+        """Yield each agent with the result of `track`, but read the files only once."""
         rows: list[list[GridStep]] = [[] for _ in range(self.agents)]
         for first in self._firsts():
             for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):
@@ -201,7 +205,7 @@ class GridView(RunView):
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
-        """Return an agent's path by step; before it arrives it has its first cell, after it leaves its last."""
+        """Return an agent's path by step: its first cell before it arrives, its last cell after it is gone."""
         final = rows[-1:]
         before = [rows[0].x, rows[0].y] if rows else [0, 0]
         early, late = (rows[0].step - 1, self.done - rows[-1].step) if rows else (0, self.done)
@@ -220,7 +224,7 @@ class GridView(RunView):
         }
 
     def _rows(self, first: int, last: int) -> Sequence[GridStep]:
-        """Return the records of the given steps, agent by agent; absent agents have none.
+        """Return the records of the given steps, sorted by step and agent; absent agents have none.
 
         Raises:
             RecordError: there is not one record per step and agent.
@@ -230,7 +234,7 @@ class GridView(RunView):
             return rows
         shape = (range(first, last + 1), range(self.agents))
         if [(row.step, row.agent) for row in rows] != [(step, agent) for step in shape[0] for agent in shape[1]]:
-            raise RecordError(f"{self.steps.path}: steps {first} to {last} are not one line per agent and step.")
+            raise RecordError(f"{self.steps.path}: steps {first} to {last} must have one line per step and agent.")
         return rows
 
     def _deliveries(self, first: int, last: int) -> list[list[int]]:
