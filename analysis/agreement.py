@@ -1,4 +1,4 @@
-"""Formulas for the agreement of choices about one thing, beyond chance; undefined values are NaN."""
+"""Formulas for how far choices about the same things agree, beyond chance; undefined values are NaN."""
 
 import math
 from dataclasses import dataclass
@@ -11,20 +11,20 @@ from analysis.formulas import mean, ratio
 
 @dataclass(frozen=True)
 class Interval:
-    """The ends of a 95 % interval; NaN where undefined."""
+    """A 95 % interval; its ends are NaN if it is undefined."""
 
     low: float
     high: float
 
 
 def joint_counts(first: IntArray, second: IntArray) -> IntArray:
-    """Return how often each pair of choices (indices from 0) occurs in two rows (n,), (choices, choices)."""
+    """Count each pair of choices in two rows of indices from 0, (n,) each; return (choices, choices)."""
     size = int(max(first.max(initial=0), second.max(initial=0))) + 1
     return np.bincount(first * size + second, minlength=size * size).reshape(size, size)
 
 
 def cohen_kappa(first: IntArray, second: IntArray) -> float:
-    """Return Cohen's kappa of two rows of choices (n,), -1..1; NaN if chance agreement is 1 or n is 0.
+    """Return Cohen's kappa of two rows of choices, (n,) each: -1..1; NaN if chance agreement is 1 or n is 0.
 
     Source: Cohen 1960.
     """
@@ -40,7 +40,7 @@ def _kappa(joint: IntArray) -> float:
 
 
 def kappa_interval(first: IntArray, second: IntArray) -> Interval:
-    """Return the 95 % interval of Cohen's kappa of two rows of independent choices (n,), by the jackknife (Tukey 1958).
+    """Return the jackknife interval (Tukey 1958) of Cohen's kappa of two rows of independent choices, (n,) each.
 
     It is NaN if kappa is undefined, over all choices or after leaving out one of them.
     """
@@ -59,10 +59,10 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
 
 
 def pairwise_agreement(counts: IntArray) -> float:
-    """Return the share of equal pairs among the choices about a thing, mean over the things, 0..1; NaN without things.
+    """Return the share of equal pairs among the choices about a thing, as a mean over things; NaN without things.
 
     Args:
-        counts: number of times each choice was made, by thing and choice, (things, choices), at least two per thing.
+        counts: how often each choice was made about each thing, (things, choices); at least two choices per thing.
     """
     made = counts.sum(axis=1)
     return mean(((counts * (counts - 1)).sum(axis=1) / (made * (made - 1))).tolist())
@@ -71,9 +71,9 @@ def pairwise_agreement(counts: IntArray) -> float:
 def fleiss_kappa(counts: IntArray) -> float:
     """Return Fleiss' kappa, -1..1; NaN if chance agreement is 1, or without things.
 
-    Chance agreement comes from the pooled choices about all things. With equally many choices per thing, this is the
-    measure of Fleiss 1971. Otherwise all things have equal weight in the agreement, and a weight by their number of
-    choices in chance agreement.
+    Chance agreement comes from the pooled choices about all things. With equally many choices about each thing, this is
+    the measure of Fleiss 1971. Otherwise the agreement is a mean over things with equal weights, and the pool contains
+    more choices about some things than about others.
 
     Args:
         counts: as for `pairwise_agreement`.
@@ -89,8 +89,7 @@ def krippendorff_alpha(counts: IntArray) -> float:
     It is computed from coincidences, and allows any number of choices about each thing. Source: Krippendorff 2011.
 
     Args:
-        counts: number of times each choice was made, by thing and choice, (things, choices); things with one choice are
-            left out.
+        counts: how often each choice was made about each thing, (things, choices); things with one choice are left out.
     """
     counts = counts[counts.sum(axis=1) > 1].astype(np.float64)
     made, totals = counts.sum(axis=1), counts.sum(axis=0)

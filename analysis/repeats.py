@@ -1,4 +1,4 @@
-"""Formulas for the dependence of an agent's next action on its last one, shared by the forms."""
+"""Measures of how an agent's action depends on its last one, shared by the forms."""
 
 import math
 
@@ -10,7 +10,7 @@ from analysis.formulas import entropy, ratio, variety, weighted_mean
 from analysis.measure import Measure, Null, share
 
 _MOST_CHOICES = 9
-"""Largest number of kinds of choice in any form."""
+"""Largest number of different choices in any form."""
 
 MEASURES = {
     "persistence": share("Same action again (share)", says="repeats its last action {more|less} often"),
@@ -27,12 +27,12 @@ HEADLINE = ("persistence", "repeats_beyond_chance", "reversal_rate")
 
 
 def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[str, float]:
-    """Return the measures.
+    """Return the values of `MEASURES`, and their denominators.
 
     Args:
-        choice: requested action by step and agent, STAY or another index, (T, N).
+        choice: index of the requested action by step and agent, (T, N); STAY if the agent is idle.
         counted: whether the decision counts, (T, N).
-        opposite: index of the opposite of each choice.
+        opposite: index of the opposite of each choice, (choices,).
     """
     both = counted[:-1] & counted[1:]
     before, after = choice[:-1][both], choice[1:][both]
@@ -53,7 +53,7 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
 
 
 def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray) -> float:
-    """Return the expected share of equal pairs if each agent's counted actions came in random order; NaN without pairs.
+    """Return the share of equal pairs if each agent took its counted actions in random order; NaN without pairs.
 
     Args:
         choice: requested action by step and agent, (T, N).
@@ -66,6 +66,6 @@ def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray)
 
 
 def conditional_entropy(before: IntArray, after: IntArray) -> float:
-    """Return H(after | before) of two rows of choices (n,), bits; NaN if n is 0."""
+    """Return the entropy of `after` given `before`, H(after | before), in bits; both are (n,). NaN if n is 0."""
     joint = joint_counts(before, after)
     return max(entropy(joint) - entropy(joint.sum(axis=1)), 0.0) if len(before) else math.nan

@@ -1,13 +1,11 @@
 """Test-retest consistency: whether a model gives the same answer when it gets a prompt again.
 
-It describes the model, not the world, and needs several runs that differ only in `sampling_seed`. Their worlds are
-equal until answers differ, so their first prompts are equal, and later prompts may be equal. Prompts are equal if the
-log of calls has the same text and images for them; the model has no other input. So the measure is based on prompts
-that happened to repeat, most of them early in the runs.
+It describes the model, not the world, and needs several runs that differ only in `sampling_seed`. Such runs have equal
+prompts until answers differ, and perhaps again later. Prompts are equal if the log of calls has the same text and
+images for them. So the measure is based on prompts that happened to repeat, most of them early in the runs.
 """
 
 import hashlib
-import json
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -22,6 +20,7 @@ from analysis.any.general import choices, general_run
 from analysis.arrays import IntArray
 from analysis.form import Decisions
 from analysis.load import further_factors, identity, measurable
+from foundry.expansion import settings_key
 from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
@@ -29,18 +28,18 @@ from foundry.storing.store import RunFolder, SweepFolder, without_servers
 def retest(sweeps: Iterable[SweepFolder], runs: Collection[str] | None = None) -> pd.DataFrame:
     """Return the consistency of models over runs that differ only in `sampling_seed`.
 
-    One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones). The first
-    columns identify the runs, as in the table of signatures. The choices of an action are stay or a direction; of a
-    message, silence or a message; of a move, the kinds of command; in other worlds, the actions. A state is a prompt
-    that one agent got at one step in at least two runs.
+    The table has a row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones).
+    The first columns identify the runs, as in the table of signatures. An action is to stay or to go in a direction. A
+    message only counts as sent or not sent, and a move only as its kind of command. In other worlds, the choices are
+    the actions. A state is a prompt that one agent got at one step in at least two runs.
 
     - runs: number of compared runs. prompts: number of states. decisions: number of choices in these states.
     - agreement: share of equal pairs among the choices in a state, mean over the states; 0..1.
-    - kappa: Fleiss' kappa over the states, -1..1: agreement in excess of choices that are drawn from all states
-      together. NaN if only one choice ever occurs.
+    - kappa: Fleiss' kappa over the states, -1..1: agreement beyond that of choices drawn from all states together.
+      NaN if only one choice ever occurs.
 
-    An unreadable reply counts as a separate choice; the columns that end in `_readable` leave it out. All columns but
-    the counts are NaN if no prompt repeats. A table without rows means that nothing was sampled again.
+    An unreadable reply counts as a separate choice; the columns that end in `_readable` leave it out. If no prompt
+    repeats, all columns but the counts are NaN. The table has no rows if no runs differ only in `sampling_seed`.
 
     Args:
         sweeps: the sweeps.
@@ -59,17 +58,18 @@ def retest(sweeps: Iterable[SweepFolder], runs: Collection[str] | None = None) -
 def _group_of(folder: RunFolder) -> str:
     """Return a text that is equal for runs that differ only in `sampling_seed`."""
     config = folder.config()
-    parts = {name: config[name] for name in ("world", "prompt", "seed")} | {"model": without_servers(config["model"])}
-    return json.dumps(parts, sort_keys=True, default=str)
+    parts = {name: config[name] for name in ("world", "prompt", "seed")}
+    return settings_key(parts | {"model": without_servers(config["model"])})
 
 
 def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of runs that differ only in `sampling_seed`, one per kind of call."""
+    """Yield a row per kind of call for runs that differ only in `sampling_seed`."""
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
     codes: dict[str, int] = {}
     found = ((folder, _decisions(folder, codes)) for folder in group)
-    complete = {_sampling(folder): (folder, decided) for folder, decided in found if decided is not None}
+    # Runs whose calls have equal seeds have equal answers, so only one of them counts.
+    complete = {folder.calls_seed: (folder, decided) for folder, decided in found if decided is not None}
     if len(complete) < 2:
         return
     folders, made = zip(*complete.values(), strict=True)
@@ -84,18 +84,12 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
         yield {**keys, "kind": kind, "runs": len(made), **summary(every), **_suffixed(summary(readable))}
 
 
-def _sampling(folder: RunFolder) -> int:
-    """Return the sampling seed of the run's calls, by which runs with the same answers are recognised."""
-    config = folder.config()
-    return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
-
-
 def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisions] | None:
     """Return the decisions of a complete run, by kind of call; None for other runs.
 
     Args:
         folder: the run.
-        codes: index of each choice by its text, shared between runs.
+        codes: index of each choice by its text; this function adds new choices.
     """
     whole = measurable(folder, folder.summary())
     if whole is None:
@@ -105,11 +99,11 @@ def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisio
 
 
 State = tuple[int, int, int, bytes]
-"""A state: a step, an agent, the number of earlier questions in the step, and the hash of the prompt."""
+"""A state: step, agent, number of earlier questions of the kind in the step, and hash of the prompt."""
 
 
 def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
-    """Return the runs (indices) of each state, by kind of call, for states in at least two runs."""
+    """Return the indices of the runs in which each state occurs, by kind of call, for states in at least two runs."""
     found: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
     for index, folder in enumerate(folders):
         for ((step, agent, kind), again), call in numbered(folder.calls(), place_of):
@@ -119,10 +113,10 @@ def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
 
 
 def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *, readable_only: bool) -> IntArray:
-    """Return the count of each choice, by state and choice, (states, choices).
+    """Count the choices in each state, (states, choices).
 
-    The last choice stands for unreadable replies. `readable_only` leaves them out, and also states with fewer than two
-    remaining choices.
+    The last column counts unreadable replies. `readable_only` sets it to 0. States with fewer than two choices are
+    left out.
     """
     unread = 1 + max((int(one.choice.max(initial=0)) for one in made), default=0)
     counts = np.zeros((len(states), unread + 1), dtype=np.int64)
@@ -136,7 +130,7 @@ def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *,
 
 
 def summary(counts: IntArray) -> dict[str, float]:
-    """Return the measures of a table of choices (states, choices)."""
+    """Return the measures of counts of choices, (states, choices)."""
     return {
         "prompts": float(len(counts)),
         "decisions": float(counts.sum()),

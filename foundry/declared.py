@@ -1,4 +1,4 @@
-"""The declaration of a world's records before the first record."""
+"""What a world declares about its records before it writes the first one."""
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -9,18 +9,18 @@ import msgspec
 
 _ID = "id"
 Id: TypeAlias = Annotated[int, _ID]
-"""A whole number that identifies something, such as an agent. It is not a quantity, so it gets no curve in plots."""
+"""A whole number that identifies something, such as an agent, so that plots draw no curve of it."""
 
 
 class Actions(msgspec.Struct, frozen=True, kw_only=True):
-    """The possible decisions of one kind: a label from a closed set, or a number from a range.
+    """The possible decisions for one kind of question: one of several labels, or a number from a range.
 
     Attributes:
-        labels: the labels; empty for a number.
-        low: the least number, or null.
-        high: the largest number, or null.
-        whole: whether only whole numbers are allowed.
-        idle: the label or number that does nothing, or null.
+        labels: the labels; empty if the decision is a number.
+        low: the smallest number; null for no limit.
+        high: the largest number; null for no limit.
+        whole: whether the number must be whole.
+        idle: the label or number that does nothing; null if there is none.
     """
 
     labels: tuple[str, ...] = ()
@@ -31,12 +31,13 @@ class Actions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Declared(msgspec.Struct, frozen=True, kw_only=True):
-    """The declaration of a world's records before the first record (`sweep.yaml`).
+    """What a world declares about its records before it writes the first one (in `sweep.yaml`).
 
     Attributes:
-        form: the kind of records, which selects the code that converts them to arrays.
-        streams: the keys of each record file and their types, by the file's name without its suffix. Types are
-            `integer`, `number`, `id`, `text`, `flag`, `label` and `other`, with `?` if null is allowed.
+        form: name of the form of records, by which foundry finds the code for them.
+        actions: possible decisions, by kind of question.
+        streams: type of each key, by the record file's name without suffix. Types are `integer`, `number`, `id`,
+            `text`, `flag`, `label` and `other`, with `?` if null is allowed.
     """
 
     form: str
@@ -48,10 +49,10 @@ _KINDS: dict[type, str] = {int: "integer", float: "number", str: "text", bool: "
 
 
 def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
-    """Return the keys and types of each record file, as in `Declared.streams`.
+    """Return the type of each key of each record file, as in `Declared.streams`.
 
-    If lines of a file have several classes, a key that some classes lack may be null, and a key with several types has
-    the type `other`.
+    A file may contain records of several classes. Then a key that some of them lack may be null, and a key with several
+    types has the type `other`.
     """
     found: dict[str, dict[str, str]] = {}
     for one in records:

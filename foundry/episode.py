@@ -1,7 +1,7 @@
-"""The loop for every world: it asks all pending questions at once, lets the world advance, and stores the records.
+"""The loop that plays every world: ask all pending questions at once, let the world advance, store the records.
 
-If a world knows early which questions some agents will get, and replies take time, these agents do not wait for the
-slowest reply. Rounds are recorded whole and in order, so the records do not depend on this.
+Some worlds know early which questions an agent will get next. If replies take time, such agents need not wait for the
+slowest reply. Rounds are still recorded whole and in order, so the records do not depend on this.
 """
 
 import asyncio
@@ -19,41 +19,42 @@ from foundry.worlds.base import Ahead, Answer, Asked, Question, World
 
 
 class Recorder(Protocol):
-    """The target of an episode's records."""
+    """Stores the records of an episode."""
 
     def append(self, records: Sequence[Record]) -> None:
-        """Store the records."""
+        """Store records of the world."""
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Store the calls."""
+        """Store lines of the log of calls."""
 
     def frame(self, step: int, png: bytes) -> None:
         """Store a picture of the state after a step."""
 
 
 class Asks(Protocol):
-    """Converts questions to requests, and gets replies to them."""
+    """Converts questions to requests, and gets the replies."""
 
     def request(self, question: Question) -> Request:
         """Return the request for this question."""
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Return the replies to requests, in their order."""
+        """Return the reply to each request, in order."""
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer requests; each reply is available as soon as it arrives."""
+        """Send requests, and return a future for each reply."""
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the log line of an answered request."""
+        """Return the line of the log for an answered request."""
 
 
 @dataclass(frozen=True)
 class Asker:
-    """Converts questions to requests to one model.
+    """Asks one model with one prompt.
 
     Attributes:
-        digest: the model's digest on its server, or None.
-        seed: seed of the calls' sampling seeds.
+        digest: hash of the model's weights on its server, or None.
+        seed: seed from which the calls' sampling seeds are derived.
+        parameters: the model's parameters, for the log of calls.
     """
 
     model: Model
@@ -65,7 +66,7 @@ class Asker:
 
     @classmethod
     def create(cls, model: Model, prompt: Prompt, *, digest: str | None, seed: int) -> "Asker":
-        """Return an asker; it hashes the model's parameters once."""
+        """Return an asker that hashes the model's parameters only once."""
         keys = RequestKeys(model, digest)
         return cls(model, prompt, digest, seed, keys, model.parameters())
 
@@ -86,15 +87,15 @@ class Asker:
         )
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Return the model's replies to requests, in their order."""
+        """Return the model's reply to each request, in order."""
         return await self.model.ask_all(requests)
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Let the model begin to answer requests."""
+        """Send requests to the model, and return a future for each reply."""
         return self.model.begin(requests)
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the log line of an answered request."""
+        """Return the line of the log for an answered request."""
         source = reply.source or self._source(request)
         return Call(
             step=request.step,
@@ -140,10 +141,10 @@ async def play(
     Args:
         world: a fresh episode.
         asker: the model and the prompt.
-        recorder: target of the records.
-        frame_every: n, to record a picture of the initial state and after every n-th step; 0 for no pictures.
-        ahead: whether to ask questions ahead of their round as soon as answers take time, if the world allows it.
-        stopping: function that is called before every round of questions.
+        recorder: stores the records.
+        frame_every: number of steps between recorded pictures, which begin with the initial state; 0 for none.
+        ahead: whether to ask questions before their round, if the world allows it and answers take time.
+        stopping: function that is called before each round; if it returns True, the episode is interrupted.
     """
     episode = _Episode(world, asker, recorder, frame_every)
     recorder.append(world.opening())
@@ -160,7 +161,7 @@ async def play(
 
 @dataclass(frozen=True)
 class _Episode:
-    """An episode, played and recorded round by round."""
+    """An episode, and where its records go."""
 
     world: World
     asker: Asks
@@ -168,7 +169,7 @@ class _Episode:
     frame_every: int
 
     async def ask_round(self) -> bool:
-        """Ask all pending questions at the same time, and return whether any answer took time."""
+        """Play one round; return whether a model needed time for an answer."""
         requests = [self.asker.request(question) for question in self.world.pending()]
         replies = await self.asker.ask_all(requests)
         calls = [self.asker.call(*pair) for pair in zip(requests, replies, strict=True)]
@@ -177,7 +178,7 @@ class _Episode:
         return any(answer.inference_s and not reply.cached for answer, reply in zip(answers, replies, strict=True))
 
     def keep(self, calls: Sequence[Call], answers: Sequence[Answer]) -> None:
-        """Advance the world by a round and record it."""
+        """Advance the world by one round, and record the round."""
         before = self.world.step
         self.recorder.append_calls(calls)
         self.recorder.append(self.world.advance(answers))
@@ -187,7 +188,7 @@ class _Episode:
 
 
 class _AskedAhead:
-    """The rest of an episode: each question is asked as soon as it is known; rounds are recorded whole and in order."""
+    """Plays the rest of an episode: asks each question as soon as it is known, and records whole rounds in order."""
 
     def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
         self._episode = episode
@@ -199,7 +200,7 @@ class _AskedAhead:
         self._failed: dict[Asked, Exception] = {}
 
     async def play(self) -> None:
-        """Play to the end; after an error, all open calls still end, so that no answer is lost."""
+        """Play to the end. After an error, wait for all open calls first, so that no answer is lost."""
         try:
             while not self._episode.world.finished:
                 is_stopping = self._stopping()
@@ -216,7 +217,7 @@ class _AskedAhead:
             await asyncio.gather(*self._awaited, return_exceptions=True)
 
     def _ask(self) -> None:
-        """Ask all questions that can be asked now; after a failed call only up to its step, where the run ends."""
+        """Ask all questions that are known now. After a failed call, ask only up to its step, where the run ends."""
         last = min((step for step, _, _ in self._failed), default=None)
         questions = [question for question in self._ahead.ready() if last is None or question.step <= last]
         requests = [request for question in questions if (request := self._request(question)) is not None]
@@ -233,7 +234,7 @@ class _AskedAhead:
             return None
 
     async def _take(self) -> None:
-        """Wait for a reply, and take all available replies."""
+        """Wait for a reply, and handle all replies that have arrived."""
         there = [await self._there.get()]
         while not self._there.empty():
             there.append(self._there.get_nowait())
@@ -252,17 +253,17 @@ class _AskedAhead:
             self._episode.keep([call for call, _ in answers], [answer for _, answer in answers])
 
     def _fail(self, is_stopping: bool) -> None:
-        """Raise the error that ends the current round, after which nothing more is asked."""
+        """Raise the error that ends the episode in the current round."""
         pending = (question.asked for question in self._episode.world.pending())
         first = next((self._failed[asked] for asked in pending if asked in self._failed), None)
         if first is not None:
             raise first
         if is_stopping:
             raise Interrupted
-        raise FoundryError("The world is not finished, but its `ahead` asks nothing: check its code.")
+        raise FoundryError("The world is not finished, but its `ahead` asks nothing: correct its method `ready`.")
 
 
 def answer_of(reply: Reply) -> Answer:
-    """Return a reply as the world sees it."""
+    """Convert a reply of a model to an answer for a world."""
     logprobs = () if reply.thinking else reply.logprobs
     return Answer(reply.text, reply.ending, reply.timings.get("latency", 0.0), logprobs)

@@ -1,4 +1,4 @@
-"""Expands composed configurations to the list of runs; uses neither files nor models."""
+"""Expands composed configurations to a list of runs, without files or models."""
 
 import base64
 import hashlib
@@ -16,10 +16,10 @@ from foundry.texts import visible
 SEED_KEYS = ("seed", "sampling_seed")
 """The overrides that may have ranges such as `0-9`."""
 FORMAT, DEFAULT_SPACE = "format", "spread"
-"""The override in which numbers are draws from a space of formats, and the default space."""
+"""The setting `format`, whose numbers draw formats from a space, and the default space."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
-"""The parts of a configuration that define a run; `model.server` only says how to reach a model."""
+"""The keys of a configuration that define a run, except `model.server`, which only says how to reach a model."""
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
@@ -29,12 +29,12 @@ LONGEST_NAME, LONGEST_SHOWN = 240, 40
 
 @dataclass(frozen=True)
 class Condition:
-    """One point of the sweep without its seed.
+    """The settings of a group of runs that differ only in their seed.
 
     Attributes:
-        factors: swept overrides and their values at this point.
-        config: composed configuration without `seed`.
-        declared: record schema of its world; None if not requested or not recorded.
+        factors: values of the swept settings.
+        config: composed configuration, without `seed`.
+        declared: declaration of its world's records; None if it was not requested or not recorded.
     """
 
     factors: Mapping[str, Any]
@@ -45,7 +45,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Run:
-    """A condition and a seed; one episode."""
+    """One episode: a condition (its index in the sweep) with a seed."""
 
     id: str
     condition: int
@@ -54,10 +54,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Asked:
-    """A command that extended a sweep.
+    """A command that added runs to a sweep.
 
     Attributes:
-        when: ISO 8601, UTC; None if not recorded.
+        when: its time, ISO 8601 in UTC; None if not recorded.
+        runs: number of runs that it added.
     """
 
     overrides: tuple[str, ...]
@@ -67,13 +68,13 @@ class Asked:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Conditions times seeds.
+    """All conditions with their seeds.
 
     Attributes:
         asked: overrides of the user's first command.
         conditions: conditions in the order of the grid; later additions are last.
         runs: runs in the order in which they start.
-        history: the commands that made the sweep, with times; empty before the sweep has a folder.
+        history: the commands that made the sweep; empty before the sweep has a folder.
     """
 
     asked: tuple[str, ...]
@@ -83,22 +84,22 @@ class Sweep:
 
     @property
     def definition(self) -> str:
-        """Hash of everything that affects the sweep's folder."""
+        """Hash of everything that affects the files of the sweep."""
         record = [condition.config.get("record") for condition in self.conditions]
         return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
 
     def model_names(self) -> list[str]:
-        """Return the models in the order of their first runs, which defines their looks in plots."""
+        """Return the models by their first run; this order determines their colours and markers in plots."""
         first = dict.fromkeys(run.condition for run in self.runs)
         return list(dict.fromkeys(str(self.conditions[one].config["model"]["name"]) for one in first))
 
     def config(self, run: Run) -> dict[str, Any]:
-        """Return the effective configuration of a run."""
+        """Return the whole configuration of a run, with its seed."""
         return {**self.conditions[run.condition].config, "seed": run.seed}
 
 
 def expand_ranges(override: str) -> str:
-    """Return the override with seed ranges expanded: `seed=0-2,7` gives `seed=0,1,2,7`."""
+    """Expand ranges of seeds and draws of formats in an override: `seed=0-2,7` becomes `seed=0,1,2,7`."""
     key, equals, value = override.partition("=")
     if key == FORMAT:
         return named_formats(override)
@@ -109,7 +110,7 @@ def expand_ranges(override: str) -> str:
 
 
 def named_formats(override: str) -> str:
-    """Return the override with named draws from a space of formats: `format=none,0-1` gives `none,spread/0,...`."""
+    """Name the formats that numbers draw: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
     key, equals, value = override.partition("=")
     if not equals or key != FORMAT:
         return override
@@ -130,7 +131,7 @@ def overridden(overrides: Iterable[str]) -> set[str]:
 
 
 def has_range(override: str) -> bool:
-    """Return whether the override names several seeds by a range or a list."""
+    """Return whether the override gives several seeds, as a range or a list."""
     key, equals, value = override.partition("=")
     return bool(equals) and key.lstrip("+") in SEED_KEYS and ("," in value or bool(_RANGE.search(value)))
 
@@ -143,17 +144,17 @@ def _expand_item(key: str, item: str) -> list[str]:
     if last < first:
         raise InputError(f"{key}={item} runs backwards: write {key}={last}-{first}.")
     if last - first >= _MAX_RANGE:
-        raise InputError(f"{key}={item} asks for more than {_MAX_RANGE:,} seeds: write a shorter range.")
+        raise InputError(f"{key}={item} names more than {_MAX_RANGE:,} seeds: write a shorter range.")
     return [str(number) for number in range(first, last + 1)]
 
 
 def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterable[Run] = ()) -> Sweep:
-    """Return the sweep over the given conditions, each run once, sorted by model.
+    """Return the sweep of these conditions, with each run once and the runs of a model together.
 
     Args:
         asked: overrides of the user.
         conditions: conditions in the order of the grid.
-        there: existing runs of these conditions; they keep their ids.
+        there: recorded runs of these conditions, which keep their ids.
     """
     points = tuple(conditions)
     check_names(points)
@@ -168,7 +169,7 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterabl
 
 
 def check_names(conditions: Iterable[Condition]) -> None:
-    """Reject names of parts that are too long to show, or that contain control characters for a terminal."""
+    """Raise InputError for names of worlds, models or prompts that are too long or contain control characters."""
     named = {(role, str(one.config[role]["name"])) for one in conditions for role in ("world", "model", "prompt")}
     for role, name in sorted(named):
         if len(name) > LONGEST_NAME or visible(name) != name or "\n" in name or "\t" in name:
@@ -180,17 +181,17 @@ def check_names(conditions: Iterable[Condition]) -> None:
 
 
 def calls_seed(config: Mapping[str, Any]) -> int:
-    """Return the seed from which a run's calls derive their sampling seeds: `sampling_seed`, else `seed`."""
+    """Return the seed from which sampling seeds of a run's calls are derived: `sampling_seed`, else `seed`."""
     sampling = config["sampling_seed"]
     return int(config["seed"] if sampling is None else sampling)
 
 
 LATER = frozenset({"logprobs"})
-"""Settings of a model that later versions added; null values are left out, so that older runs keep their ids."""
+"""Settings of models that later versions added. Run ids ignore them if they are null, so old ids stay valid."""
 
 
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the part of a configuration that defines a run."""
+    """Return the settings that define a run, from which its id is computed."""
     settings = {key: config[key] for key in IDENTITY_KEYS if key in config}
     if isinstance(settings.get("model"), Mapping):
         settings["model"] = without_servers(settings["model"])
@@ -200,7 +201,7 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a model's configuration without the addresses of its servers, at any depth."""
+    """Return a model's configuration without `server`, also in its members."""
     return _changed(part, lambda one: {key: value for key, value in one.items() if _decides(key, value)})
 
 
@@ -209,7 +210,7 @@ def _decides(key: str, value: Any) -> bool:
 
 
 def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the configurations of a model and of its parts, at any depth, that is, of everything to build."""
+    """Return the configurations of a model and of all its members."""
     models: list[Mapping[str, Any]] = []
 
     def noted(one: Mapping[str, Any]) -> dict[str, Any]:
@@ -221,12 +222,12 @@ def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def is_served(model: Mapping[str, Any]) -> bool:
-    """Return whether a server answers for a model, or for one of its parts."""
+    """Return whether a server answers for a model or for one of its members."""
     return any("server" in one for one in models_in(model))
 
 
 def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
-    """Return a model's configuration after a change of itself and of each part with a `_target_`, at any depth."""
+    """Apply a change to a model's configuration and to each of its members, which have a `_target_`."""
     return change({key: _changed_within(value, change) for key, value in model.items()})
 
 
@@ -238,17 +239,17 @@ def _changed_within(value: Any, change: Callable[[Mapping[str, Any]], dict[str, 
 
 
 def settings_key(part: Mapping[str, Any]) -> str:
-    """Return a text that is equal for equal configurations."""
+    """Return a text that is the same for equal configurations."""
     return json.dumps(part, sort_keys=True, default=str)
 
 
 def loaded_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for models that a server loads only once, whatever the schemas of their worlds."""
+    """Return a text that is the same for models that differ only in their schemas, which a server loads only once."""
     return settings_key(_changed(model, _without_schemas))
 
 
 def sent_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for models with equal calls; schemas count if replies must follow them."""
+    """Return a text that is the same for models with equal calls; schemas count only if replies must follow them."""
     return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
 
 
@@ -257,7 +258,7 @@ def _without_schemas(model: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield nested settings by their dotted keys; a list or an empty mapping counts as a value."""
+    """Yield each setting by its dotted key, such as `world.agents`; a list or an empty mapping is one value."""
     for name, value in part.items():
         if isinstance(value, Mapping) and value:
             yield from dotted(value, f"{prefix}{name}.")
@@ -266,7 +267,7 @@ def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the values at the ends of a configuration's paths, by path, as JSON."""
+    """Yield the path and the value, as JSON, of each setting, also of the items of lists."""
     if isinstance(value, Mapping) and value:
         for key, inner in value.items():
             yield from leaves(inner, f"{path}.{key}" if path else str(key))
@@ -278,27 +279,21 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
-    """Return the sweep with other hosts for its served models; its runs do not change."""
-    conditions = tuple(replace(one, config=_rehosted(one.config, hosts, key)) for one in sweep.conditions)
-    return replace(sweep, conditions=conditions)
+    """Return the sweep with other hosts for its models on servers; its run ids do not change."""
 
+    def moved(model: Mapping[str, Any]) -> dict[str, Any]:
+        server = model.get("server")
+        if not isinstance(server, Mapping) or key not in server:
+            return dict(model)
+        return {**model, "server": {**server, key: hosts}}
 
-def _rehosted(config: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
-    return {**config, "model": _changed(config["model"], lambda one: _moved(one, hosts, key))}
-
-
-def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
-    server = model.get("server")
-    if not isinstance(server, Mapping) or key not in server:
-        return dict(model)
-    return {**model, "server": {**server, key: hosts}}
+    configs = ({**one.config, "model": _changed(one.config["model"], moved)} for one in sweep.conditions)
+    pairs = zip(sweep.conditions, configs, strict=True)
+    return replace(sweep, conditions=tuple(replace(one, config=config) for one, config in pairs))
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:
-    """Return the indices of the conditions, sorted by model in order of first appearance.
-
-    Conditions of one model are consecutive even if the schemas of their replies differ.
-    """
+    """Return the indices of the conditions, with the conditions of a model together, even if schemas differ."""
     first: dict[str, int] = {}
     models = [condition.config["model"] for condition in conditions]
     keys = [(loaded_key(model), settings_key(model)) for model in models]
@@ -320,5 +315,5 @@ def _run_id(config: Mapping[str, Any], condition_digest: bytes, seed: int) -> st
 
 
 def slug(name: str) -> str:
-    """Return a name for any file system: lower-case letters, digits and hyphens."""
+    """Return a short name of lower-case letters, digits and hyphens, which any file system accepts."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-24:].strip("-") or "model"

@@ -1,6 +1,6 @@
-"""Names of classes in configurations: current names, and names in sweeps that were recorded before classes moved.
+"""Maps the import paths that sweeps record to current classes, and names the subjects of probes.
 
-Run ids and keys of answers use a class's first name, so they do not change when the class moves.
+Run ids and keys of answers use the first path that a class had, so they stay valid if the class moves.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 NO_FORMAT = "none"
-"""The name that stands for the unchanged prompt among formats."""
+"""The name of the format that leaves a prompt unchanged."""
 
 _POLICIES = {
     "any": "first.First random.Random stay.Stay",
@@ -27,7 +27,7 @@ _POLICIES = {
         "rounds.public_goods.Conditional rounds.public_goods.FreeRider"
     ),
 }
-"""The scripted policies by form: first module and class of each."""
+"""The scripted policies of each form, by their first module and their class."""
 POLICY_MODULES = {form: f"foundry.worlds.{form}.{form}_policies" for form in _POLICIES}
 """The module with the scripted policies of each form."""
 MOVED: Mapping[str, str] = {
@@ -51,7 +51,7 @@ MOVED: Mapping[str, str] = {
         for first in policies.split()
     },
 }
-"""Recorded names of classes that have moved, and their current names."""
+"""The current path of each class that moved, by the path that older sweeps record."""
 _MODULES: Mapping[str, str] = {
     **{f"foundry.models.scripted.{form}": module for form, module in POLICY_MODULES.items()},
     **{
@@ -64,13 +64,13 @@ _MODULES: Mapping[str, str] = {
         for room in ("following", "probing")
     },
 }
-"""Modules from which all classes moved, and the current modules."""
+"""The current path of each module whose classes all moved, by its former path."""
 _FIRST = {now: first for first, now in MOVED.items()}
 _FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 
 
 def present(target: Any) -> Any:
-    """Return the present path of a class from an old record; return any other text unchanged."""
+    """Return the current import path for a class path from an old record; return anything else unchanged."""
     if not isinstance(target, str):
         return target
     module, dot, name = target.rpartition(".")
@@ -86,7 +86,7 @@ def _first_name(target: Any) -> Any:
 
 
 def with_first_names(value: Any) -> Any:
-    """Return a configuration with the first name of every `_target_`, at any depth."""
+    """Replace each `_target_` in a configuration by the first path that its class had."""
     if isinstance(value, Mapping):
         return {
             key: _first_name(inner) if key == "_target_" else with_first_names(inner) for key, inner in value.items()
@@ -95,24 +95,24 @@ def with_first_names(value: Any) -> Any:
 
 
 def target_of(target: str) -> Any:
-    """Return the current object that a target names.
+    """Import the class or function that a `_target_` names, even if it has moved.
 
     Raises:
         ImportError: its module does not exist.
         AttributeError: its module lacks the object.
-        ValueError: the target is not a name.
+        ValueError: the target is not an import path.
     """
     return pkgutil.resolve_name(present(target))
 
 
 def format_of(prompt: Mapping[str, Any]) -> str:
-    """Return the name of a prompt's format: its space and draw, or `none`."""
+    """Return the name of a prompt's format, such as `spread/3`, or `none`."""
     space = prompt.get("format")
     return NO_FORMAT if space is None else f"{space.get('name')}/{space.get('draw', '?')}"
 
 
 class Subject(NamedTuple):
-    """A subject of a probe: a model with a prompt and, if there are several, a sampling seed."""
+    """Who answers in a probe: a model with a prompt and a sampling seed."""
 
     model: str
     prompt: str
@@ -126,14 +126,14 @@ class Subject(NamedTuple):
 
 
 def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
-    """Return the names of subjects, sorted: the model, and all parts in which they differ."""
+    """Name each subject by its model, and by its prompt or sampling seed if subjects differ in them."""
     distinct = sorted(set(subjects))
     places = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in distinct}) > 1]
     return {one: " / ".join(filter(None, (one[place] for place in places))) for one in distinct}
 
 
 def in_room(module: str, name: str) -> Any:
-    """Return the value of a name in one of foundry's modules; None without such a module or name."""
+    """Return an attribute of one of foundry's modules, or None if there is no such module or attribute."""
     parts = module.split(".")
     packages = (".".join(parts[: depth + 1]) for depth in range(1, len(parts)))
     if any(importlib.util.find_spec(package) is None for package in packages):

@@ -1,8 +1,8 @@
-"""Your own code, in folders given by `--config-dir` or from entry points of installed packages.
+"""Finds your own code: in folders given by `--config-dir`, or through entry points of installed packages.
 
-A file `mine/signatures/greed.py` is the signature module `greed`; so is an entry point `greed` of a package in the
-group `foundry.signatures`. Everything in `mine/` is importable, but comes last on the path, so that it hides no module
-of foundry or of a library.
+A file `mine/signatures/greed.py` is a signature module, and so is an entry point in the group `foundry.signatures`.
+Everything in `mine/` can be imported, but comes last on Python's path, so that it hides no module of foundry or of a
+library.
 """
 
 import hashlib
@@ -20,21 +20,21 @@ from types import ModuleType
 from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
-"""Environment variable that passes the folders to subprocesses of a command."""
+"""Environment variable through which a command passes the folders to its subprocesses."""
 CONFIG_DIR = ("-cd", "--config-dir")
-"""The flags for your own folder of configurations."""
+"""The flags that name your own folder."""
 _ROOT = Path(__file__).resolve().parent.parent
 
 
 def use(folders: Iterable[Path]) -> None:
-    """Make your own folders known to this process and its subprocesses."""
+    """Add your own folders to those that this process and its subprocesses search."""
     known = tuple(dict.fromkeys([*own_folders(), *(folder.absolute() for folder in folders)]))
     os.environ[VARIABLE] = os.pathsep.join(map(str, known))
     importable(known)
 
 
 def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
-    """Yield your own folders of configurations, in the forms that Hydra accepts."""
+    """Yield the folders that `--config-dir` names on a command line."""
     for flag, value in zip(argv, [*argv[1:], ""], strict=False):
         if flag in CONFIG_DIR:
             yield Path(value)
@@ -43,7 +43,7 @@ def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
 
 
 def folders_last(argv: Sequence[str]) -> list[str]:
-    """Return the command line with your own folders at the end, each as a flag and its value.
+    """Move your own folders to the end of a command line, each as a flag and its value.
 
     Hydra does not accept overrides on both sides of a flag.
     """
@@ -55,14 +55,14 @@ def folders_last(argv: Sequence[str]) -> list[str]:
 
 
 def importable(folders: Iterable[Path]) -> None:
-    """Make modules in the given folders importable, unless another module has the same name."""
+    """Append folders to Python's path, so that other modules take precedence over theirs."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
 
 
 def working_directory_last() -> None:
-    """Move the working directory to the end of the path, since Python may have put it first.
+    """Move the working directory to the end of Python's path.
 
-    The directory stays first if it holds this project, or if it is in PYTHONPATH.
+    It stays first if it contains this project, or if it is in PYTHONPATH.
     """
     here = Path.cwd()
     if here == _ROOT:
@@ -73,13 +73,13 @@ def working_directory_last() -> None:
 
 
 def ours(name: str) -> ModuleType:
-    """Import a module of this project by its full name."""
+    """Import a module of this project, and raise InputError if another package hides it."""
     package = name.partition(".")[0]
     imported = importlib.import_module(package)
     if imported.__file__ is None or Path(imported.__file__).resolve().parent.parent != _ROOT:
         where = imported.__file__ or ", ".join(imported.__path__)
         raise InputError(
-            f"another package named '{package}' hides foundry's own: {where}. Rename it, or start Python in another "
+            f"another package named '{package}' hides foundry's own: {where}. Rename it, or start foundry in another "
             "folder."
         )
     return importlib.import_module(name)
@@ -95,8 +95,8 @@ class OwnModule:
     """A module of your own.
 
     Attributes:
-        origin: text about its origin, for messages.
-        target: file, or full name of an installed module.
+        origin: its file or its package, for messages.
+        target: its file, or the import path of an installed module.
     """
 
     name: str
@@ -113,14 +113,14 @@ class OwnModule:
 
     @property
     def sha256(self) -> str:
-        """Hash of its source, or `unknown` without source."""
+        """SHA-256 of its source, or `unknown` if there is none."""
         spec = None if isinstance(self.target, Path) else importlib.util.find_spec(self.target)
         file = self.target if isinstance(self.target, Path) else Path((spec and spec.origin) or os.devnull)
         return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "unknown"
 
 
 def own_modules(group: str) -> Iterator[OwnModule]:
-    """Yield your own modules of a group (`signatures`, `forms`, `edits`): first files, then entry points."""
+    """Yield your own modules of a group, such as `signatures`: first files, then entry points."""
     for folder in own_folders():
         for file in sorted((folder / group).glob("*.py")):
             if not file.name.startswith("_"):
@@ -129,7 +129,7 @@ def own_modules(group: str) -> Iterator[OwnModule]:
 
 
 def own_class(target: str) -> type | None:
-    """Return the class that a target names, if a module in your own folders defines it; else None.
+    """Return the class that a `_target_` names, if a module in your own folders defines it; else None.
 
     Nothing outside these folders is imported.
     """
@@ -143,7 +143,7 @@ def own_class(target: str) -> type | None:
 
 
 def _is_in_own_folder(name: str) -> bool:
-    """Return whether the top package or module of a name lies in one of your own folders."""
+    """Return whether the top-level package or module of an import path lies in one of your own folders."""
     try:
         spec = importlib.util.find_spec(name.partition(".")[0])
     except (ImportError, ValueError):
@@ -154,13 +154,13 @@ def _is_in_own_folder(name: str) -> bool:
 
 
 def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], taken: Collection[str] = ()) -> None:
-    """Reject a user's part with the name of a shipped part.
+    """Raise InputError if a user's part has the name of a shipped part.
 
     Args:
-        part: text about its origin, for messages.
+        part: where the user's part comes from, for the message.
         name: its name.
-        shipped: location of each shipped part of this kind, by name.
-        taken: names of the user's other parts.
+        shipped: file of each shipped part of this kind, by name.
+        taken: names of the user's other parts, which the message does not propose.
     """
     if name not in shipped:
         return
@@ -173,7 +173,7 @@ def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], tak
 
 @cache
 def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
-    """Return the entry points of a group; they are cached, since reading those of all packages takes milliseconds."""
+    """Return the entry points of a group; cached, because reading those of all packages takes milliseconds."""
     from importlib.metadata import entry_points  # this import takes as long as the rest of a `--help` command
 
     return tuple(
@@ -199,7 +199,7 @@ def _imported(file: Path) -> ModuleType:
 
 
 def _is_found_as(name: str, file: Path) -> bool:
-    """Return whether an `import` statement would find the file by this name."""
+    """Return whether `import` would find this file under this name."""
     try:
         spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):

@@ -1,4 +1,4 @@
-"""Cleans the texts of models before they are recorded or shown on a terminal."""
+"""Cleans texts before they are recorded, printed or written into tables, and words numbers."""
 
 import re
 import unicodedata
@@ -14,7 +14,7 @@ _USER_ALONE = re.compile(
     r"(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
     re.IGNORECASE,
 )
-"""A user and a password before a host without a scheme; `qwen3:4b@50%`, a member of a population, does not match."""
+"""A user and a password before a host without a scheme, as in `me:pw@host:11434`, but not `qwen3:4b@50%`."""
 _KEYS = r"[\w.-]*(?:password|passwd|pwd|token|key|secret|signature|sig|credential)"
 _IN_QUERY = re.compile(rf"(?<=[?&])({_KEYS}=)[^\s'\"&#]+", re.IGNORECASE)
 _PASSWORD = re.compile(r"\b((?:ssl)?password\s*=\s*)(?:'[^']*'|[^\s'\"&]+)", re.IGNORECASE)
@@ -27,14 +27,14 @@ _SECRET = re.compile(
 
 
 def without_surrogates(text: str) -> str:
-    """Return the text with U+FFFD in place of lone surrogates, which UTF-8 cannot encode."""
+    """Replace lone surrogates, which UTF-8 cannot encode, by U+FFFD."""
     if text.isascii():
         return text
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
 
 
 def without_secrets(text: str) -> str:
-    """Return the text with `***` for users, passwords and keys in addresses, such as `http://user:pw@host/?token=x`.
+    """Replace users, passwords and keys in addresses, such as `http://user:pw@host/?token=x`, by `***`.
 
     This includes addresses without a scheme (`user:pw@host:11434`) and those of databases (`host=x password=y`).
     """
@@ -44,13 +44,13 @@ def without_secrets(text: str) -> str:
 
 
 class WithoutSecrets:
-    """A stream of text that hides users, passwords and keys in addresses."""
+    """A text stream that writes `***` for users, passwords and keys in addresses."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write a text without its secrets."""
+        """Write the text without secrets."""
         return self._stream.write(without_secrets(text))
 
     def __getattr__(self, name: str) -> Any:
@@ -63,18 +63,18 @@ def holds_secret(text: str) -> bool:
 
 
 def visible(text: str) -> str:
-    r"""Return the text with escapes, such as `\\x1b`, for characters that control a terminal or reverse its writing."""
+    r"""Escape characters that control a terminal or reverse the direction of writing, as in `\\x1b`."""
     return "".join(one.encode("unicode_escape").decode() if _commands(one) else one for one in text)
 
 
 def one_line(text: object, longest: int | None = None) -> str:
-    """Return a text or an error in one line, with an ellipsis if it is longer than the limit."""
+    """Return a text or an error in one line, cut to at most `longest` characters."""
     line = " ".join(str(text).split())
     return line if longest is None or len(line) <= longest else f"{line[: longest - 1]}…"
 
 
 def as_cell(text: str) -> str:
-    """Return a text for a cell of a CSV file, with an apostrophe if a spreadsheet would run it as a formula.
+    """Put an apostrophe before a text that a spreadsheet would run as a formula if it were in a CSV file.
 
     Numbers and single characters are not changed; `from_cell` restores every text.
     """
@@ -82,17 +82,17 @@ def as_cell(text: str) -> str:
 
 
 def from_cell(text: str) -> str:
-    """Return the text that `as_cell` put into a cell."""
+    """Undo `as_cell`."""
     return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
 def counted(number: int, name: str) -> str:
-    """Return a number with the name of the things, in the plural unless the number is 1."""
+    """Return a number with a noun, as in "1 run" or "2 runs"."""
     return f"{number:,} {name}" if number == 1 else f"{number:,} {name}s"
 
 
 def ranges(numbers: Sequence[int]) -> str:
-    """Return sorted numbers as text, with ranges for consecutive numbers: `0-2,7`."""
+    """Return numbers as a sorted text with ranges, as in "0-2,7"."""
     parts: list[list[int]] = []
     for number in sorted(numbers):
         if parts and number == parts[-1][-1] + 1:
@@ -103,7 +103,7 @@ def ranges(numbers: Sequence[int]) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """Return a time in its two largest units among hours, minutes and seconds."""
+    """Return a duration in words, as in "2 h 5 min", "5 min 3 s" or "3 s"."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:

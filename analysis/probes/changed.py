@@ -1,4 +1,4 @@
-"""Effects of an edit on the share of each choice: edited moments minus original moments."""
+"""The effect of an edit on how often each choice is made: its share with the edit minus its share without."""
 
 from typing import Any
 
@@ -19,10 +19,10 @@ COLUMNS = (
 
 
 def changes_of(answers: Answers, declared: Family = EVERYTHING) -> pd.DataFrame:
-    """Return each edit's effect on the share of each choice, over the moments that the edit changes.
+    """Return a table with the effect of each edit on the share of each choice, over the moments that it changes.
 
-    For an equivariance, `before` holds the choices expected in the edited moment. p is corrected over the declared
-    rows; other rows have no `p_holm`.
+    For an edit of the kind `equivariance`, `before` is the share expected after the edit. p is corrected over the
+    declared rows; other rows have no `p_holm`.
     """
     rows = []
     for subject, change in answers.edited():

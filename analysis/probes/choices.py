@@ -1,4 +1,4 @@
-"""The records of a probe as counts: choices by model and moment."""
+"""Reads the records of a probe: how often each model chose what in each moment."""
 
 import itertools
 from collections import Counter, defaultdict
@@ -17,14 +17,12 @@ from foundry.storing.store import RunFolder
 
 NONE = "none"
 """The name that stands for no edit, and for the unchanged format of a prompt."""
-
-
 PROBABILITIES, REPEATS = "probabilities", "repeats"
-"""The sources of a moment's shares: the probabilities of one reply, or repeated calls."""
+"""Where the shares of choices in a moment come from: probabilities of one reply, or repeated calls."""
 
 
 class MomentKey(NamedTuple):
-    """A recorded question; `seed` is the seed of its run."""
+    """Identifies a recorded question; `seed` is the seed of its run."""
 
     seed: int
     run: str
@@ -35,11 +33,11 @@ class MomentKey(NamedTuple):
 
 
 Chosen: TypeAlias = dict[MomentKey, Counter[str]]
-"""Count of each choice, by moment; where probabilities decide, counts add up to `foundry.storing.probed.ANSWERS`."""
+"""Count of each choice by moment. Counts from probabilities add up to `foundry.storing.probed.ANSWERS`."""
 
 
 class Asked(NamedTuple):
-    """A subject with an edit and the format of its prompt."""
+    """What was asked: a subject (a model with its prompt), an edit, and a format of the prompt."""
 
     subject: Subject
     edit: str
@@ -52,9 +50,9 @@ class Change:
 
     Attributes:
         leaves: `invariance`, `equivariance` or `cause`.
-        expected: expected result of each action.
-        moves: quantity that the edit changes, "" for none.
-        to: new value of the quantity.
+        expected: for each action, the action expected after the edit.
+        moves: quantity that the edit sets; "" if it sets none.
+        to: value to which it sets the quantity.
     """
 
     name: str
@@ -65,11 +63,11 @@ class Change:
 
     @property
     def is_edit(self) -> bool:
-        """True if it is an edit other than a change of one quantity."""
+        """True if it is an edit that does not set a quantity."""
         return self.name != NONE and not self.moves
 
     def carried(self, counts: Counter[str]) -> Counter[str]:
-        """Return the expected choices after the edit."""
+        """Convert counts of choices before the edit to expected counts after it."""
         moved: Counter[str] = Counter()
         for choice, count in counts.items():
             moved[self.expected.get(choice, choice)] += count
@@ -81,11 +79,12 @@ class Answers:
     """The choices in a probe.
 
     Attributes:
-        chosen: counts, by subject, edit and format.
+        chosen: counts of choices, by subject, edit and format.
         changes: the edits by name, in the order of the command.
         formats: formats of prompts, in the order of the command.
-        names: name of each subject: its model, with further parts only if they are needed to distinguish subjects.
-        told: the moments in which probabilities decide, with the calls and the error of the shares.
+        names: name of each subject: its model, and its prompt or sampling seed if subjects differ in them.
+        missing: number of incomplete runs.
+        told: moments with shares from probabilities, with the number of calls and the error of the shares.
     """
 
     chosen: Mapping[Asked, Chosen]
@@ -101,7 +100,7 @@ class Answers:
         return sum(self.called(asked, key).total() for asked, moments in self.chosen.items() for key in moments)
 
     def called(self, asked: Asked, key: MomentKey) -> Counter[str]:
-        """Return the number of calls in a moment, by choice."""
+        """Return how many calls in a moment gave each choice."""
         told = self.told.get((asked, key))
         return self.chosen[asked][key] if told is None else told.called
 
@@ -115,15 +114,15 @@ class Answers:
         return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
-        """Return the choices of a subject; empty if it was not asked."""
+        """Return a subject's choices under an edit and a format; empty if it was not asked."""
         return self.chosen.get(Asked(subject, edit, format), {})
 
     def edited(self) -> Iterator[tuple[Subject, Change]]:
-        """Yield each subject with each edit that changes something."""
+        """Yield each pair of a subject and an edit."""
         return (pair for pair in itertools.product(self.names, self.changes.values()) if pair[1].is_edit)
 
     def expected(self, subject: Subject, change: Change) -> Chosen:
-        """Return a subject's expected choices under an edit, given its choices without the edit."""
+        """Return the choices that a subject should make under an edit, computed from its choices without it."""
         return {key: change.carried(counts) for key, counts in self.of(subject).items()}
 
 

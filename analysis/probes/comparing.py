@@ -1,4 +1,4 @@
-"""Compares two sets of choices in the same moments, by moment and over the seeds of the runs."""
+"""Compares two sets of choices in the same moments, in each moment and over the seeds."""
 
 import itertools
 from collections import defaultdict
@@ -20,10 +20,11 @@ from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
 
 ALL = "all"
-"""The value for all kinds of question together; p is corrected over such comparisons."""
+"""Stands for all kinds of question together, in the column `kind`; only such rows enter the correction of p."""
 STANDS_OUT = 0.05
+"""Level of the test in a single moment."""
 EXCESS_LEVEL = 1 - 2 * ALPHA
-"""Level of the interval of an excess, so that each end belongs to a one-sided test at ALPHA."""
+"""Level of the intervals, so that each end belongs to a one-sided test at ALPHA."""
 FIGURES = (
     "kind", "moments", "seeds", "distance", "floor", "excess", "excess_low", "excess_high", "p", "standing_out",
     "g_z", "superiority",
@@ -32,7 +33,7 @@ FIGURES = (
 
 @dataclass(frozen=True)
 class Compared:
-    """Two sets of choices in the same moments, by moment."""
+    """The distance between two sets of choices, in each moment that both have."""
 
     moments: Mapping[MomentKey, Apart]
 
@@ -43,24 +44,24 @@ class Compared:
         Args:
             first: choices by moment.
             second: choices of the other side.
-            what: name of the comparison and of the random stream for its splits; without a name there are no splits.
+            what: name of the comparison, which names the random stream of its test; "" for no test.
         """
         rng = stream(0, f"probe:{what}") if what else None
         return cls({key: apart(first[key], second[key], rng) for key in sorted(first.keys() & second.keys())})
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return the results over all kinds of question, then by kind if there are several."""
+        """Return a row for all kinds of question together, then one per kind if there are several."""
         kinds = sorted({key.kind for key in self.moments})
         return [self._row(ALL, kinds), *(self._row(kind, [kind]) for kind in kinds if len(kinds) > 1)]
 
     def excesses(self) -> FloatArray:
-        """Return the distance above its floor, as mean over the moments of each seed (seeds,)."""
+        """Return the distance minus its floor, as a mean over the moments of each seed, (seeds,)."""
         return by_seed({key: one.excess for key, one in self.moments.items()})
 
     def _row(self, name: str, kinds: Iterable[str]) -> dict[str, Any]:
         counted = set(kinds)
         chosen = {key: one for key, one in self.moments.items() if key.kind in counted}
-        excess = by_seed({key: one.excess for key, one in chosen.items()})
+        excess = Compared(chosen).excesses()
         return {
             "kind": name,
             "moments": len(chosen),
@@ -73,7 +74,7 @@ class Compared:
 
 
 def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Return the names and the distance of each pair of subjects, without edits."""
+    """Compare each pair of subjects without edits; return the names and the comparison of each pair."""
     return [
         (
             {"first": answers.names[first], "second": answers.names[second]},
@@ -84,7 +85,7 @@ def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
 
 
 def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Return the names, and the distance between actual and expected choices, for each subject and edit."""
+    """Compare the actual choices under each edit with the expected ones; return names and comparisons."""
     found = []
     for subject, change in answers.edited():
         model, expected = answers.names[subject], answers.expected(subject, change)
@@ -95,7 +96,7 @@ def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
 
 
 def excess_of(by_seed: FloatArray) -> dict[str, float]:
-    """Return the mean excess over seeds (seeds,), its interval, p of the one-sided sign-flip test, and effect sizes."""
+    """Return the mean of excesses, (seeds,), with its interval, p of a one-sided sign-flip test, and effect sizes."""
     found = estimate(by_seed, -1.0, 1.0, beside_sign_flips=True, level=EXCESS_LEVEL)
     return {
         "excess": found.mean,
@@ -108,7 +109,7 @@ def excess_of(by_seed: FloatArray) -> dict[str, float]:
 
 
 def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterable[str]) -> pd.DataFrame:
-    """Return the rows of comparisons as a table with uncorrected p."""
+    """Return comparisons as a table, with uncorrected p and an empty column `p_holm`."""
     rows = [about | row for about, found in compared for row in found.rows()]
     frame = pd.DataFrame(rows, columns=[*columns, *FIGURES])
     frame.insert(list(frame.columns).index("p") + 1, "p_holm", np.nan)
@@ -116,7 +117,7 @@ def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterabl
 
 
 def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
-    """Return the mean over the moments of each seed (seeds,), in the order of seeds, the independent units."""
+    """Return the mean over the moments of each seed, (seeds,), sorted by seed. Seeds are the independent units."""
     found: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
         found[key.seed].append(value)

@@ -1,9 +1,9 @@
-"""Dependence of choices on one quantity: curves over the quantity's values, and their slopes.
+"""How choices depend on one quantity: the share of each choice at each of its values, and the slope.
 
-A slope is computed within moments, since not every moment can have every value. For a seed it is sum (x - mean x) (y -
-mean y) / sum (x - mean x)^2, where means are within a moment: least squares with an intercept for each moment. x is the
-value of the quantity and y the share of a choice at this value. For a policy that ignores the quantity, the expected
-slope is 0. Slopes that are 0 in every seed are not tested.
+The slope of a seed is sum (x - mean x) (y - mean y) / sum (x - mean x)^2, where x is the value of the quantity and y is
+the share of a choice at this value. The means are within a moment, since not every moment can have every value. So this
+is a least-squares slope with an intercept for each moment. For a policy that ignores the quantity, the expected slope
+is 0. Slopes that are 0 in every seed are not tested.
 """
 
 import itertools
@@ -17,6 +17,7 @@ import pandas as pd
 
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Change, Chosen, MomentKey
+from analysis.probes.comparing import by_seed
 from analysis.probes.probe_declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import sign_flip_p
@@ -28,17 +29,17 @@ STEEPNESS = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope",
 
 @dataclass(frozen=True)
 class _Curve:
-    """The shares of one choice in moments asked at several values of a quantity."""
+    """The share of one choice, by moment and value of the quantity."""
 
     about: dict[str, Any]
     shares: Mapping[MomentKey, Mapping[float, float]]
 
 
 def curve_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the share of each choice at each value of a quantity (mean over seeds), and its slope.
+    """Return two tables: the share of each choice at each value of a quantity (mean over seeds), and its slope.
 
-    The slope is the rise of the share per unit of the quantity, within moments. p is corrected over the rows of
-    declared models; other rows have no `p_holm`.
+    The slope is the change of the share per unit of the quantity. p is corrected over the rows of declared models;
+    other rows have no `p_holm`.
     """
     curves = list(_curves(answers))
     points = [curve.about | row for curve in curves for row in _points(curve)]
@@ -57,15 +58,8 @@ def _curves(answers: Answers) -> Iterator[_Curve]:
         asked = {
             subject: {change.to: answers.of(subject, change.name) for change in changes} for subject in answers.names
         }
-        choices = sorted(
-            {
-                (key.kind, choice)
-                for mine in asked.values()
-                for chosen in mine.values()
-                for key, counts in chosen.items()
-                for choice in counts
-            }
-        )
+        every = (pair for mine in asked.values() for chosen in mine.values() for pair in chosen.items())
+        choices = sorted({(key.kind, choice) for key, counts in every for choice in counts})
         for (subject, mine), (kind, choice) in itertools.product(asked.items(), choices):
             about = {"model": answers.names[subject], "quantity": quantity, "kind": kind, "choice": choice}
             yield _Curve(about, _shares(mine, kind, choice))
@@ -82,13 +76,9 @@ def _shares(asked: Mapping[float, Chosen], kind: str, choice: str) -> dict[Momen
 
 def _points(curve: _Curve) -> Iterator[dict[str, Any]]:
     for value in sorted({value for mine in curve.shares.values() for value in mine}):
-        by_seed: dict[int, list[float]] = defaultdict(list)
-        for key, mine in curve.shares.items():
-            if value in mine:
-                by_seed[key.seed].append(mine[value])
-        found = estimate(np.array([np.mean(mine) for mine in by_seed.values()]), 0.0, 1.0)
-        moments = sum(map(len, by_seed.values()))
-        yield {"value": value, "moments": moments, "seeds": found.n, "share": found.mean, "low": found.low,
+        shares = {key: mine[value] for key, mine in curve.shares.items() if value in mine}
+        found = estimate(by_seed(shares), 0.0, 1.0)
+        yield {"value": value, "moments": len(shares), "seeds": found.n, "share": found.mean, "low": found.low,
                "high": found.high}  # fmt: skip
 
 

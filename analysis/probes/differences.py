@@ -1,7 +1,7 @@
-"""Converts the comparisons of a probe to rows of contrasts, for the findings, sentences, tables and plots of sweeps.
+"""Converts the comparisons of a probe to the table of contrasts that the analysis of sweeps reads.
 
-A row compares a distance (`mean_level`) with its floor by chance (`mean_reference`). So `difference` is the excess of
-the distance, with the interval and the one-sided test of a probe.
+A row compares a distance between choices (`mean_level`) with the distance expected by chance (`mean_reference`). So
+`difference` is the excess of the distance, with the interval and the one-sided test of a probe.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ from foundry.texts import counted
 
 Row = Mapping[Any, Any]
 EDIT, FORMAT = "edit", "format"
-"""The factors of a probe other than the model."""
+"""The factors of a probe, in addition to the model."""
 _BY_LEAVES = {
     "invariance": "decides differently, though it should not,",
     "cause": "decides differently",
@@ -39,13 +39,13 @@ CAPTION = (
 
 
 def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planned: bool, known: str) -> pd.DataFrame:
-    """Return the pairs of models, the edits and the spreads over formats as rows of contrasts.
+    """Return the table of contrasts: pairs of models, edits, and spreads over formats.
 
     Args:
-        frames: `agreement`, `edits`, `formats` and `moments` of the probe.
+        frames: the tables `agreement`, `edits`, `formats` and `moments` of the probe.
         declared: declared models and edits.
         planned: whether they were declared before the runs.
-        known: text on what was known of the runs before the declaration.
+        known: text that says how much of the runs was known before the declaration.
     """
     families = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits", "formats")}
     if declared.is_given:
@@ -62,7 +62,7 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
 
 
 def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
-    """Return the facts for sentences: names of distances, and shares of unreadable answers."""
+    """Return the facts that sentences need: words for each distance, and shares of unreadable answers."""
     rows = [row for name in ("agreement", "edits", "formats") for row in _records(frames[name])]
     words = {named(row)["measure"]: Measure("distance beyond chance", -1.0, 1.0, says=_says(row)) for row in rows}
     shares = unread_shares(frames["moments"])
@@ -71,7 +71,7 @@ def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
 
 
 def named(row: Row) -> dict[str, str]:
-    """Return the names that a row of `agreement`, `edits` or `formats` has in contrasts: its measure and its sides."""
+    """Return the measure and the compared sides of a row of `agreement`, `edits` or `formats`, as in contrasts."""
     if "first" in row:
         measure = f"distance of {row['first']} and {row['second']}"
         return {"measure": measure, "factor": MODEL, "level": row["first"], "reference": row["second"], "context": ""}
@@ -84,7 +84,7 @@ def named(row: Row) -> dict[str, str]:
 
 
 def unread_of(moments: pd.DataFrame) -> pd.DataFrame:
-    """Return, for each model, edit and format, the number of answers, and of answers without a readable decision."""
+    """Return the number of answers and of unreadable answers, by model, edit and format."""
     unread = moments["count"].where(moments["choice"] == UNREAD, 0)
     by = [moments[name] for name in ("model", "edit", "format")]
     return pd.DataFrame({"answers": moments["count"], "unread": unread}).groupby(by, sort=False).sum()
@@ -107,7 +107,7 @@ def _says(row: Row) -> str:
 
 
 def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the sides (factor, level and context) of the rows that contain the given answers."""
+    """Yield factor, level and context of the sides of contrasts that use these answers."""
     if edit == written == NONE:
         yield MODEL, model, ""
     if written == NONE:
@@ -117,7 +117,6 @@ def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]
 
 
 def _row(row: Row, family: int, *, once: bool) -> dict[str, Any]:
-    """Return the excess of a distance over its floor as a row of contrasts."""
     few = row["seeds"] < FEWEST_FOR_CLAIMS
     return {
         **dict.fromkeys(COLUMNS, np.nan),
@@ -152,7 +151,7 @@ def _row(row: Row, family: int, *, once: bool) -> dict[str, Any]:
 
 
 def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
-    """Return why a row could not have been significant; "" if it could."""
+    """Return the reason why a row could not have been significant, or an empty text if it could."""
     if once:
         return "each moment was asked once"
     if row["seeds"] >= FEWEST_FOR_CLAIMS and family * 0.5 ** row["seeds"] > ALPHA and not row["p_holm"] <= ALPHA:
@@ -161,6 +160,6 @@ def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
 
 
 def _repeats(moments: pd.DataFrame) -> float:
-    """Return the maximum number of times that a model was asked in a moment."""
+    """Return the largest number of times that one model was asked in one moment."""
     keys = [name for name in moments.columns if name not in ("choice", "count", "share", "by")]
     return float(moments.groupby(keys, dropna=False)["count"].sum().max())

@@ -1,9 +1,9 @@
-"""The distance between two samples of choices, and its floor: the mean distance if both had one distribution.
+"""The distance between two samples of choices, and its floor: the distance that chance alone would give.
 
-For two samples of m and n choices the total variation is d = 1/2 sum_k |a_k / m - b_k / n|. Its floor is the mean of d
-over all splits of the m + n choices into samples of these sizes. If both samples come from one distribution, the
-expected d equals the floor, for any sizes (the permutation null, Good 2005, Permutation, Parametric and Bootstrap Tests
-of Hypotheses). A distance above the floor is a difference.
+For two samples of m and n choices, with counts a_k and b_k of choice k, the distance (total variation) is d = 1/2 sum_k
+|a_k / m - b_k / n|. Its floor is the mean of d over all splits of the m + n choices into samples of these sizes. If
+both samples come from one distribution, the expected d equals the floor, for any sizes (the permutation null, Good
+2005, Permutation, Parametric and Bootstrap Tests of Hypotheses). A distance above the floor indicates a difference.
 """
 
 import math
@@ -15,13 +15,13 @@ import numpy as np
 from numpy.random import Generator
 
 SPLITS = 999
-"""Number of random splits for the p value of a single moment."""
+"""Number of random splits from which the p of a single moment is computed."""
 _TIES = 1e-12
 
 
 @dataclass(frozen=True)
 class Apart:
-    """Two samples of choices in one moment.
+    """The distance between two samples of choices in one moment.
 
     Attributes:
         distance: total variation, 0..1.
@@ -40,7 +40,7 @@ class Apart:
 
 
 def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> Apart:
-    """Return the distance between two non-empty samples; without a generator `p` is NaN."""
+    """Compare two non-empty samples; without a random generator, `p` is NaN."""
     m, n = first.total(), second.total()
     choices = sorted(first.keys() | second.keys())
     a = np.array([first[one] for one in choices], dtype=np.int64)

@@ -1,8 +1,8 @@
-"""Effects of a prompt's format: the spread of choices over formats, and reversals of the order of models.
+"""Effects of a prompt's format: how far choices spread over formats, and whether formats reverse the order of models.
 
-The floor of both is the mean over random redistributions of each moment's answers among the formats, as if formats had
-no effect. As in Sclar et al. 2024 (arXiv 2310.11324), the spread is the difference between the formats with the largest
-and the smallest share.
+As in Sclar et al. 2024 (arXiv 2310.11324), the spread of a choice is its largest share in any format minus its least.
+The floor is the value expected if formats had no effect: the mean over random redistributions of each moment's answers
+among the formats.
 """
 
 import itertools
@@ -37,7 +37,7 @@ ORDERS = (
 
 @dataclass(frozen=True)
 class Formatted:
-    """A subject's choices in one kind of question, in the moments asked in every format.
+    """A subject's choices in one kind of question, in the moments that were asked in every format.
 
     Attributes:
         counts: count of each choice (moments, formats, choices); a moment is asked equally often in each format.
@@ -60,12 +60,12 @@ class Formatted:
         return self.counts[..., self.choices.index(choice)]
 
     def by_seed(self, values: FloatArray) -> FloatArray:
-        """Return the mean of values (moments, ...) over the moments of each seed (seeds, ...)."""
+        """Average values, (moments, ...), over the moments of each seed; return (seeds, ...)."""
         return np.stack([values[self.seeds == seed].mean(axis=0) for seed in np.unique(self.seeds)])
 
 
 def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the spread of each subject's choices over formats, and how often formats reverse two subjects' order.
+    """Return two tables: the spread of choices over formats, and how often formats reverse the order of models.
 
     p is corrected over the rows of declared models; other rows have no `p_holm`.
     """
@@ -106,7 +106,6 @@ def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | Non
 
 
 def _is_alike(key: MomentKey, asked: Sequence[Chosen]) -> bool:
-    """Return whether a moment was asked equally often in every format."""
     return all(key in chosen and chosen[key].total() == asked[0][key].total() for chosen in asked)
 
 
@@ -118,6 +117,7 @@ def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str,
         spread, floor = np.ptp(shares, axis=1), np.ptp(dealt, axis=2)
         overall = shares.mean(axis=0)
         variance = estimate(shares.var(axis=1, ddof=1) - _variance_by_chance(found, counts))
+        ends = [variance.mean, variance.low, variance.high]
         least, greatest = int(overall.argmin()), int(overall.argmax())
         yield {
             "choice": choice,
@@ -132,20 +132,12 @@ def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str,
             "spread": spread.mean(),
             "floor": floor.mean(),
             **excess_of(spread - floor.mean(axis=0)),
-            **{name: _root(value) for name, value in _named("sd", variance.mean, variance.low, variance.high)},
+            **dict(zip(("sd", "sd_low", "sd_high"), np.sqrt(np.maximum(ends, 0.0)).tolist(), strict=True)),
         }
 
 
-def _named(name: str, mean: float, low: float, high: float) -> list[tuple[str, float]]:
-    return [(name, mean), (f"{name}_low", low), (f"{name}_high", high)]
-
-
-def _root(variance: float) -> float:
-    return float(np.sqrt(np.maximum(variance, 0.0)))
-
-
 def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
-    """Return counts of a choice (moments, formats) after random redistributions of answers (draws, ...)."""
+    """Redistribute a choice's answers, (moments, formats), among formats at random; (draws, moments, formats)."""
     formats = counts.shape[1]
     left = np.broadcast_to(counts.sum(axis=1), (DEALT, len(counts)))
     drawn = []
@@ -156,13 +148,13 @@ def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
 
 
 def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
-    """Return shares after random redistributions of answers, by seed as means over moments (draws, seeds, formats)."""
+    """Return the shares of a choice after random redistributions, as means by seed, (draws, seeds, formats)."""
     shares = _dealt(counts, found.asked, rng) / found.asked[:, None]
     return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 
 
 def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
-    """Return the mean variance over formats of a seed's share under random redistribution of answers (seeds,).
+    """Return the variance of each seed's share over formats that chance alone would give, (seeds,).
 
     Let k of the F n answers in a moment be a given choice, and p = k / F n. The counts in the formats are
     hypergeometric, with variance n p (1 - p) (F n - n) / (F n - 1), and a covariance of -1 / (F - 1) times this
@@ -210,7 +202,7 @@ def _signs(values: FloatArray) -> IntArray:
 
 
 def _turned(signs: IntArray) -> FloatArray:
-    """Return the share of pairs of formats with opposite signs (rows,); signs (rows, formats)."""
+    """Return the share of pairs of formats with opposite signs, (rows,), for signs of shape (rows, formats)."""
     formats = signs.shape[1]
     more, less = (signs > 0).sum(axis=1), (signs < 0).sum(axis=1)
     return np.asarray(more * less / (formats * (formats - 1) / 2), dtype=np.float64)

@@ -16,7 +16,7 @@ class Layout:
     Attributes:
         labels: columns of names.
         figures: columns of numbers.
-        ends: columns that have intervals, each with the columns of the lower and the upper end.
+        ends: for each column with an interval, the columns with its lower and its upper end.
     """
 
     caption: str
@@ -25,7 +25,7 @@ class Layout:
     ends: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def table(self, name: str, frame: pd.DataFrame) -> Table:
-        """Return the rows of a table of numbers as texts."""
+        """Convert a table of numbers to a short table of texts."""
         numbers = [one for one in self.figures if one not in (*self.ends, "p_holm")]
         told = told_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
                          self.ends)  # fmt: skip

@@ -1,4 +1,4 @@
-"""Strata of a probe's moments, and filters of its answers."""
+"""Selects answers of a probe by their properties, such as the edit or the stratum of the moment."""
 
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
@@ -10,40 +10,30 @@ import pandas as pd
 
 from analysis.filtering import Filter, value_text
 from analysis.probes.choices import NONE, Answers, Asked, MomentKey
-from foundry.errors import InputError, RecordError, not_found
-from foundry.records import NOT_JSON
+from foundry.errors import InputError, not_found
+from foundry.worlds.probe.moments import moments_in
 
 _KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
-"""The keys for which the value `none` is the reference, so that `only` keeps it."""
+"""Keys with the reference `none`, which the filter `only` always keeps."""
 Values: TypeAlias = Mapping[str, Set[str]]
 """The values of an answer that a filter may name, by key."""
 Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]
-"""The strata of each moment, by run, step, agent, kind and again."""
-
-
-class _Moments(msgspec.Struct):
-    """The fields read from `moments.json`: run, step, agent, kind and again of each moment, and its strata."""
-
-    moments: list[tuple[str, int, int, str, int]]
-    strata: list[dict[str, str | bool]] = []
+"""The strata of each moment, by its run, step, agent, kind and `again`."""
 
 
 def strata_of(file: Path) -> Strata:
-    """Return the strata of the moments of a probe.
+    """Read the strata of the moments of a probe.
 
     Raises:
         RecordError: the file cannot be read.
     """
-    try:
-        drawn = msgspec.json.decode(file.read_bytes(), type=_Moments)
-    except (OSError, *NOT_JSON) as error:
-        raise RecordError(f"{file} cannot be read: {error}") from error
-    return dict(zip(drawn.moments, drawn.strata, strict=False))
+    drawn = moments_in(file)
+    return dict(zip(map(msgspec.structs.astuple, drawn.moments), drawn.strata, strict=False))
 
 
 def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
-    """Return a table of moments with a column for each stratum, after the moment's columns."""
+    """Add a column for each stratum to a table of moments."""
     names = list(dict.fromkeys(name for values in strata.values() for name in values))
     if not names:
         return moments
@@ -56,8 +46,8 @@ def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
 def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
     """Return the answers that a filter selects.
 
-    A key is `model`, `prompt`, `sampling_seed`, `edit`, `format`, a part of the moment's key such as `kind` or `seed`,
-    or a stratum. `only` keeps unedited moments and unchanged prompts.
+    A filter may name `model`, `prompt`, `sampling_seed`, `edit`, `format`, a field of `MomentKey` such as `kind`, or a
+    stratum. `only` also keeps the references: answers without an edit, and to the unchanged prompt.
 
     Raises:
         InputError: no answer has such a key or value, or no answer is left.
@@ -76,7 +66,7 @@ def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
         if (taken := {key: counts for key, counts in moments.items() if _takes(chosen, values[asked, key])})
     }
     if not left:
-        raise InputError(f"{chosen} leaves none of {answers.count:,} answers: remove a filter.")
+        raise InputError(f"The filter {chosen} selects none of {answers.count:,} answers: remove a part of it.")
     edits, formats, subjects = ({asked[at] for asked in left} for at in (1, 2, 0))
     return replace(
         answers,
@@ -100,7 +90,7 @@ def _values(answers: Answers, asked: Asked, key: MomentKey, strata: Strata) -> V
 
 
 def _check(values: Iterable[Values], chosen: Filter) -> None:
-    """Reject keys and values that no answer has."""
+    """Raise InputError if the filter names a key or value that no answer has."""
     available: dict[str, set[str]] = {}
     for own in values:
         for key, texts in own.items():

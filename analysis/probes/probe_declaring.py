@@ -1,4 +1,4 @@
-"""The declared comparisons of a probe, which are the comparisons of the declared models and edits."""
+"""Declares comparisons of a probe before or with its analysis, by naming models and edits."""
 
 import datetime
 import itertools
@@ -37,7 +37,7 @@ LEFT_OUT = (
 
 @dataclass(frozen=True)
 class Family:
-    """The declared models and edits; if none are named, all."""
+    """The declared models and edits; if none are declared, every comparison counts as declared."""
 
     models: frozenset[str] = frozenset()
     edits: frozenset[str] = frozenset()
@@ -49,12 +49,12 @@ class Family:
 
     @classmethod
     def of(cls, names: Sequence[str], answers: Answers) -> "Family":
-        """Return the family that these names declare; see `named`."""
+        """Return the family of these models and edits in a recorded probe."""
         return cls.named(names, answers.names, [change.name for change in answers.changes.values() if change.is_edit])
 
     @classmethod
     def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
-        """Return the family that the given names declare; a model is given by its own name or its name in the tables.
+        """Return the family of these models and edits. A model is named as in the tables, or by its tag alone.
 
         Raises:
             InputError: a name is neither a model nor an edit of this probe.
@@ -71,8 +71,8 @@ class Family:
     def holds(self, row: Mapping[Any, Any]) -> bool:
         """Return whether a row is declared.
 
-        If one model is declared, every pair with it is declared; if several are, every pair of two of them; if only
-        edits are, no pair. Any other row is declared if its model is declared, and also its edit if it has one.
+        A pair of models is declared if both are declared, or if the only declared model is one of them. If only edits
+        are declared, no pair is. Any other row is declared if its model is, and its edit, if it has one.
         """
         if "first" in row:
             models = {row["first"], row["second"]}
@@ -82,12 +82,12 @@ class Family:
         return is_of_model and (edit is None or not self.edits or edit in self.edits)
 
     def rows(self, frame: pd.DataFrame) -> BoolArray:
-        """Return which rows of a table are declared (rows,); rows of distances only over all kinds of question."""
+        """Return whether each row of a table is declared, (rows,). Distances count only for all kinds of question."""
         declared = np.array([self.holds(row) for row in frame.to_dict("records")], dtype=np.bool_)
         return declared & (frame["kind"] == ALL).to_numpy() if "distance" in frame else declared
 
     def correct(self, *frames: pd.DataFrame) -> None:
-        """Fill `p_holm` in the declared rows of tables; correct over each table, or over all if any is declared."""
+        """Fill `p_holm` in the declared rows, corrected over each table, or over all tables if a family is given."""
         rows = [self.rows(frame) for frame in frames]
         p = [frame["p"].to_numpy(dtype=np.float64)[own] for frame, own in zip(frames, rows, strict=True)]
         ends = np.cumsum([len(own) for own in p])[:-1]
@@ -96,7 +96,7 @@ class Family:
             frame.loc[own, "p_holm"] = adjusted
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
-        """Return a line with the number of rows in the correction; empty if nothing is declared."""
+        """Return a note with the number of rows over which p is corrected; none if no family is given."""
         if not self.is_given:
             return []
         rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
@@ -108,7 +108,7 @@ class Family:
 
 
 EVERYTHING = Family()
-"""The family if nothing is declared, so that p is corrected over all rows."""
+"""The family without names, with which p is corrected over all rows of a table."""
 
 
 def declared_probe(
@@ -117,9 +117,9 @@ def declared_probe(
     """Return the preregistration of a probe.
 
     Args:
-        conditions: conditions of the probe; their worlds contain the hash of its moments, and its edits.
+        conditions: conditions of the probe; the settings of their worlds include edits and the hash of the moments.
         configs: configuration of each condition.
-        names: the compared models and edits.
+        names: models and edits to declare.
         **said: further fields of `Preregistration`: `foundry`, `commit`, `asked`, `models`, `answers_known`,
             `runs_known`.
 
@@ -137,7 +137,7 @@ def declared_probe(
     counts = {"pairs of models": sum(map(family.holds, pairs)), "edits": sum(map(family.holds, changes))}
     tests = {what: count for what, count in counts.items() if count}
     if not tests:
-        raise InputError(f"{', '.join(names)} is compared with nothing: use two models, or an edit.")
+        raise InputError(f"The probe compares {', '.join(names)} with nothing: use two models, or an edit.")
     seeds = list(dict.fromkeys(seed for condition in conditions for seed in condition.runs.values()))
     return Preregistration(
         made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -154,11 +154,11 @@ def declared_probe(
 
 
 def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, list[str]]:
-    """Return the preregistration of a probe compared with its runs, and notes on a plan that is not used.
+    """Return the plan of a probe, compared with its runs, and notes on a plan that cannot be used.
 
     Args:
         folder: the probe.
-        asked: models and edits named by the user, which only the plan may declare.
+        asked: models and edits that the user named with the analysis, which is an error if there is a plan.
 
     Raises:
         InputError: there is a plan, but the user named models or edits.

@@ -1,4 +1,4 @@
-"""Plots of a probe: distances of models, effects of edits, dependence of choices on a quantity."""
+"""Plots of a probe: distances between models, effects of edits and formats, and curves over a quantity."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -11,7 +11,7 @@ from analysis.probes.differences import EDIT, FORMAT
 from analysis.stats.factors import MODEL
 
 MOST_PANELS = 12
-"""Maximum number of panels of a plot; the choices and edits that vary most are shown."""
+"""Maximum number of panels of a plot; it shows the choices or edits with the largest effects."""
 _FORESTS = {
     MODEL: ("agreement", "Distances between models"),
     EDIT: ("edits", "Effects of the edits"),
@@ -24,7 +24,7 @@ _FOREST = (
 
 
 def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> Iterator[Picture]:
-    """Yield the plots of the available tables."""
+    """Yield a plot for each table that has rows."""
     for factor, (name, title) in _FORESTS.items():
         rows = contrasts[contrasts["factor"] == factor]
         by_measure = {"distance": rows} if factor == MODEL else {str(of): own for of, own in rows.groupby("measure")}
@@ -36,7 +36,6 @@ def pictures_of(frames: Mapping[str, pd.DataFrame], contrasts: pd.DataFrame) -> 
 
 
 def _forest(name: str, title: str, panels: Mapping[str, pd.DataFrame]) -> Picture:
-    """Return rows of contrasts, named by their level, reference and context, in panels."""
     from analysis.figures.measures import pairs_of
     from analysis.plots.figures import forest_figure
 

@@ -1,4 +1,4 @@
-"""Computes the number of seeds that a probe needs, from a pilot probe, with the power analysis of sweeps."""
+"""Computes from a pilot probe how many seeds a probe needs."""
 
 from collections.abc import Sequence
 
@@ -19,16 +19,16 @@ from foundry.storing.store import SweepFolder
 def probe_power(
     folder: SweepFolder, names: Sequence[str], chosen: Filter, *, difference: float | None = None, target: float = 0.8
 ) -> pd.DataFrame:
-    """Return the number of seeds that each comparison of a probe needs, in the columns of `analysis.stats.power.power`.
+    """Return how many seeds each comparison of a probe needs, in a table like that of `analysis.stats.power.power`.
 
-    A one-sided test at ALPHA is planned as a two-sided test at the level 2 ALPHA, which detects the same excess.
+    The one-sided tests at the level ALPHA are planned as two-sided tests at the level 2 ALPHA, with the same power.
 
     Args:
         folder: the pilot probe.
         names: models and edits to declare; by default all.
-        chosen: filter of its answers.
-        difference: excess to detect, 0..1; by default the pilot's.
-        target: desired power.
+        chosen: filter that selects answers.
+        difference: excess to detect, 0..1; by default that of the pilot.
+        target: desired power, 0..1.
 
     Raises:
         InputError: a number is out of range, or a name is not a model or edit.

@@ -1,4 +1,4 @@
-"""The analysis of a probe: choices by moment, pairs of models, edits, formats, and findings."""
+"""Analyses a probe: compares models, edits and formats, and writes tables, plots and findings."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -35,10 +35,10 @@ from foundry.storing.store import SweepFolder, ensure_writable
 from foundry.texts import counted
 
 MOST_SHOWN = 20
-"""Maximum number of moments to show; moments with the largest distances between models are shown."""
+"""Maximum number of moments that are shown: those with the largest distances between models."""
 _MOMENT = MomentKey._fields
 _NOT_AGAIN = ("output.dir", "moments_seed")
-"""Settings that must change if other moments are asked."""
+"""Settings that a command for other moments must not repeat."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,11 @@ class ProbeAnalysis:
 
     Attributes:
         frames: the tables of numbers, by name.
-        contrasts: pairs of models, edits and spreads over formats, as in the contrasts of a sweep.
-        tables: the non-empty short tables.
-        furthest: the 20 moments with the largest distances between models beyond chance, and these distances.
-        filtered: filter of the answers; "" for all answers.
+        contrasts: comparisons of models, edits and formats, in the columns of a sweep's contrasts.
+        tables: the short tables that have rows.
+        furthest: the `MOST_SHOWN` moments with the largest distances between models, and these distances.
+        planned: whether a plan made before the runs declares the comparisons.
+        filtered: description of the filter; "" if all answers are included.
     """
 
     path: Path
@@ -70,32 +71,32 @@ class ProbeAnalysis:
 
     @cached_property
     def sides(self) -> Sides:
-        """The facts about the compared models, edits and formats that sentences need."""
+        """Facts about the compared models, edits and formats, for sentences."""
         return sides_of(self.frames)
 
     @cached_property
     def findings(self) -> tuple[FindingRecord, ...]:
-        """The comparisons by size, as in `findings.json`."""
+        """The comparisons, largest first, as in `findings.json`."""
         above = self.contrasts[self.contrasts["difference"] > 0]
         return tuple(records_of(findings(above.to_dict("records")), self.sides, _Elsewhere()))
 
     @property
     def summary(self) -> tuple[str, ...]:
-        """The findings, one sentence each."""
+        """A sentence for each finding."""
         lead = [f"These are findings of a part of the answers: {self.filtered}."] if self.filtered else []
         lead += [DISTANCES] if len(self.contrasts) else []
         return summary_of(self.contrasts, self.sides, self.alone, lead, planned=self.planned)
 
     @property
     def alone(self) -> str:
-        """The sentence for probes that compare nothing."""
+        """A sentence for a probe that compares neither models nor edits."""
         if len(self.frames["steepness"]):
             return "Neither models nor edits are compared: see steepness.md."
         return "Nothing is compared: one model was asked, without edits."
 
     @property
     def study(self) -> str:
-        """The description of the probe, in one line."""
+        """What was asked, in one line: models, moments, edits, formats and answers."""
         moments = self.frames["moments"]
         parts = [
             counted(moments["model"].nunique(), "model"),
@@ -106,7 +107,7 @@ class ProbeAnalysis:
         return f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
 
     def in_other_moments(self, folder: Path, measures: Sequence[str]) -> str:
-        """Return the command that declares these comparisons in other moments; "" if only formats are compared."""
+        """Return the command that declares these comparisons for other moments; "" if only formats are compared."""
         rows = self.contrasts[self.contrasts["measure"].isin(measures)].to_dict("records")
         asked = SweepFolder.open(folder).sweep.asked[1:]
         seeds = [int(one.partition("=")[2]) for one in asked if one.startswith("moments_seed=")]
@@ -142,18 +143,17 @@ def analyze_probe(
     without: Sequence[str] = (),
     plots: bool = True,
 ) -> ProbeAnalysis:
-    """Compare the subjects of a probe, and write the tables into its folder.
+    """Compare models, edits and formats of a probe, and write the results into its folder.
 
     Args:
         folder: the probe.
         family: declared models and edits; by default all.
-        only: answers to include, as KEY=VALUE[,VALUE...], such as `edit=no_fire`; see `narrowing.narrowed`.
-        without: answers to exclude, in the same form.
+        only: filters KEY=VALUE[,VALUE...] for answers to include, such as `edit=no_fire`; see `narrowing.narrowed`.
+        without: filters for answers to exclude, in the same form.
         plots: whether to draw the plots.
 
     Raises:
-        InputError: a declared or filtered name is not in the probe. No answer is left. A family is given although a
-            plan was made before the probe.
+        InputError: a name is not in the probe, no answer is left, or a family is given although there is a plan.
         RecordError: a recorded file is damaged.
     """
     every, strata, chosen = read_answers(folder.runs()), strata_of(folder.moments_file), Filter.of(only, without)
@@ -197,7 +197,6 @@ def analyze_probe(
 
 
 def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
-    """Write tables, findings, summary and plots, and return the analysis with the short tables and the files."""
     frames = found.every_frame
     short = {
         "contrasts": replace(contrast_table(found.contrasts), caption=CAPTION),
@@ -217,15 +216,15 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
 
 
 class _Elsewhere:
-    """A source without example moments for `findings.json`, because a probe consists of moments."""
+    """Gives `findings.json` no example moments, because the tables of a probe list them all."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[()], str]:
-        """Return no moments, and a text that says where they are."""
+        """Return no moments, and the file that lists them."""
         return (), "moments.csv has each model's choices in every moment"
 
 
 def _declares(row: Row) -> tuple[str, ...]:
-    """Return the models and edits by which a row is declared."""
+    """Return the models or the edit that declare a row."""
     return (row["level"], row["reference"]) if row["factor"] == "model" else (row["level"],) * (row["factor"] == "edit")
 
 
@@ -241,16 +240,13 @@ def _moments(answers: Answers) -> pd.DataFrame:
 
 
 def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
-    """Return the moments with the largest distances beyond chance, with means over the pairs of models."""
+    """Return the moments with the largest mean excess over the pairs of models, and their mean distances."""
     by_moment: dict[MomentKey, list[Apart]] = {}
     for compared in pairs:
         for key, apart in compared.moments.items():
             by_moment.setdefault(key, []).append(apart)
-    gaps = {
-        key: Apart(*np.sum([(one.distance, one.floor, one.p) for one in found], axis=0).tolist())
-        for key, found in by_moment.items()
-    }
-    means = {key: Apart(gap.distance / len(pairs), gap.floor / len(pairs), np.nan) for key, gap in gaps.items()}
+    sums = {key: np.sum([(one.distance, one.floor) for one in found], axis=0) for key, found in by_moment.items()}
+    means = {key: Apart(float(gap[0]) / len(pairs), float(gap[1]) / len(pairs), np.nan) for key, gap in sums.items()}
     order = sorted(means, key=lambda key: (-means[key].excess, -means[key].distance, key))
     return {key: means[key] for key in order[:MOST_SHOWN]}
 

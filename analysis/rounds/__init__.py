@@ -1,4 +1,4 @@
-"""Runs of worlds of rounds: agents decide at once or in turn, round by round."""
+"""Runs of worlds in rounds, where agents decide at the same time or in turn."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -28,16 +28,16 @@ WORDS = Words(
 
 @dataclass(frozen=True)
 class RoundsRecords(AnyRecords):
-    """The lines of one run.
+    """The lines of all record files of one run.
 
     Attributes:
-        streams: lines of the further declared files, by stream.
+        streams: lines of the files that only this world declares, by the file's name.
     """
 
     streams: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
     def arrays(self, folder: RunFolder) -> RoundsRun:
-        """Return a complete run as arrays.
+        """Convert the records of a complete run to arrays.
 
         Raises:
             RecordError: the lines do not fit the world's schema.

@@ -1,4 +1,4 @@
-"""Events of worlds of rounds: the first round of different decisions, crowded evenings, a collapsing stock."""
+"""Events of worlds in rounds: the first round of different decisions, crowded evenings, a collapsing stock."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ def events(run: RoundsRun) -> Iterator[Event]:
 
 
 def _first_unlike(run: RoundsRun, kind: str) -> Iterator[Event]:
-    """Yield the first round in which agents decide one question differently."""
+    """Yield an event for the first round in which agents answer one kind of question differently."""
     own = (run.kind == kind) & run.readable
     by_step: dict[int, Counter[str]] = {}
     for step, label, number in zip(

@@ -1,4 +1,4 @@
-"""Plots of worlds of rounds: each agent's decisions, and their shares or means round by round."""
+"""Plots of worlds in rounds: the decisions of each agent, and their shares or means by round."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -16,11 +16,11 @@ from analysis.stats.intervals import estimates
 from foundry.declared import Actions
 
 MOST_LABELS = 4
-"""Maximum number of labels of one kind that get a panel; the most frequent labels get one."""
+"""Maximum number of labels per kind of question that get a panel: the most frequent ones."""
 
 
 class RoundsFigures:
-    """Collects the content of the plots: for each group, one run by agent and the mean by round."""
+    """Collects what the plots show of each group: an example run, and means by round."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -39,7 +39,7 @@ class RoundsFigures:
                 self._curves.setdefault((kind, label), {}).setdefault(shown, []).append(curve)
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
-        """Return two pictures for each kind of question, with the groups in the given order."""
+        """Return two plots for each kind of question, with the groups in the given order."""
         return [picture for kind in self._actions for picture in (self._rounds(kind, order), self._lanes(kind, order))]
 
     def tables(self, _: Sequence[Shown]) -> list[RunTable]:
@@ -53,7 +53,7 @@ class RoundsFigures:
         return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn, data=panels)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
-        """Return the labels with a panel and their titles: the most frequent labels, without idle ones."""
+        """Return each label that gets a panel, and the panel's title; the idle label gets none if there are others."""
         known = self._actions[kind]
         if not known.labels:
             return [("", f"{kind} (mean)")]
@@ -69,7 +69,7 @@ class RoundsFigures:
             yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
 
     def _bounds(self, kind: str) -> tuple[float, float]:
-        """Return the limits of a kind's lines: 0 and 1 for shares, or the declared bounds of numbers."""
+        """Return the limits of a panel's axis: 0 and 1 for shares, or the declared bounds of numbers."""
         known = self._actions[kind]
         if known.labels:
             return 0.0, 1.0
@@ -85,12 +85,12 @@ class RoundsFigures:
 
 
 def kinds_of(run: RoundsRun | None) -> list[str]:
-    """Return the kinds of question in a run that ask for a decision."""
+    """Return the kinds of question that a run asked and that have decisions."""
     return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
 
 
 def values_of(run: RoundsRun, kind: str) -> FloatArray:
-    """Return readable decisions as numbers or as indices of labels, (N, T); NaN without a readable decision."""
+    """Return decisions as numbers, or as indices of labels, (N, T); NaN without a readable decision."""
     if not run.declared.actions[kind].labels:
         return np.where(run.was_read(kind), run.numbers(kind), np.nan).T
     choices = run.choices(kind)
@@ -102,7 +102,7 @@ def _mean(curves: dict[Shown, list[FloatArray]]) -> float:
 
 
 def _stacked(curves: Sequence[FloatArray]) -> FloatArray:
-    """Return curves side by side, (T, runs); a run that ended early has no value after its end."""
+    """Return curves as columns, (T, runs); after the end of a shorter run, values are NaN."""
     found = np.full((max(map(len, curves)), len(curves)), np.nan)
     for place, curve in enumerate(curves):
         found[: len(curve), place] = curve

@@ -1,7 +1,4 @@
-"""One recorded run of a round-based world as arrays: every decision by round and agent.
-
-T rounds, N agents.
-"""
+"""One recorded run of a world in rounds as arrays of decisions, for T rounds and N agents."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -14,7 +11,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray, TextArray
 
 Values = TypeVar("Values", BoolArray, IntArray, FloatArray)
 NONE = -1
-"""Index for no choice."""
+"""Index that stands for no choice."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +19,8 @@ class RoundsRun(AnyRun):
     """One complete run; if an agent decides a question several times in a round, the last decision counts.
 
     Attributes:
-        columns: declared keys of the decisions that are not common to all forms, (K,) each.
-        streams: lines of the further declared files, by stream.
+        columns: values of the keys that only this world's decisions have, (K,) each, for K recorded decisions.
+        streams: lines of the files that only this world declares, by the file's name.
     """
 
     columns: Mapping[str, TextArray] = field(default_factory=dict)
@@ -31,7 +28,7 @@ class RoundsRun(AnyRun):
 
     @classmethod
     def of(cls, run: AnyRun, **further: Any) -> "RoundsRun":
-        """Convert a run of any form to one of rounds."""
+        """Convert a run of any form to a run in rounds."""
         return cls(**{field.name: getattr(run, field.name) for field in fields(run)}, **further)
 
     @property
@@ -40,18 +37,18 @@ class RoundsRun(AnyRun):
         return int(self.step.max(initial=0))
 
     def was_read(self, kind: str) -> BoolArray:
-        """Return which decisions of this kind are readable, (T, N)."""
+        """Return whether each decision of this kind was readable, (T, N)."""
         return self.placed(kind, self.readable, fill=False)
 
     def counts(self, kind: str) -> BoolArray:
-        """Return which decisions of this kind count, (T, N)."""
+        """Return whether each decision of this kind counts, (T, N)."""
         return self.placed(kind, self.counted, fill=False)
 
     def choices(self, kind: str) -> IntArray:
         """Return the decisions as indices into the declared labels, (T, N).
 
-        An unreadable decision counts as the idle choice, as in the rules. NONE marks agents without a question, and
-        unreadable decisions in worlds without an idle choice.
+        As in the rules, an unreadable decision is the idle choice, or NONE in worlds without an idle choice. Agents
+        that were not asked also have NONE.
         """
         known = self.declared.actions[kind]
         places = {label: place for place, label in enumerate(known.labels)}
@@ -60,18 +57,18 @@ class RoundsRun(AnyRun):
         return self.placed(kind, np.array(found, dtype=np.int64), fill=NONE)
 
     def numbers(self, kind: str) -> FloatArray:
-        """Return the decided numbers, (T, N); an unreadable decision is the idle number, if declared, else NaN."""
+        """Return the decided numbers, (T, N); an unreadable decision counts as the idle number, if any, else NaN."""
         idle = self.declared.actions[kind].idle
         default = float(idle) if isinstance(idle, int | float) else np.nan
         return self.placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)
 
     def column(self, kind: str, key: str) -> FloatArray:
-        """Return a further key of the decisions of a kind as numbers, (T, N); NaN where there is none."""
+        """Return the values of a key of this world's decisions as numbers, (T, N); NaN where it is null."""
         values = np.array([np.nan if one is None else one for one in self.columns[key].tolist()], dtype=np.float64)
         return self.placed(kind, values, fill=np.nan)
 
     def shares(self, kind: str) -> dict[str, FloatArray]:
-        """Return the share of each label among the counted decisions, by round, (T,); NaN without any."""
+        """Return the share of each label among the counted decisions of a round, (T,) each; NaN without decisions."""
         choices, counts = self.choices(kind), self.counts(kind)
         total = counts.sum(axis=1)
         chosen = [(counts & (choices == place)).sum(axis=1) for place in range(len(self.declared.actions[kind].labels))]
@@ -81,7 +78,7 @@ class RoundsRun(AnyRun):
         }
 
     def means(self, kind: str) -> FloatArray:
-        """Return the mean number of the counted decisions, by round, (T,); NaN without any."""
+        """Return the mean of the counted numbers of a round, (T,); NaN without numbers."""
         numbers = np.where(self.counts(kind), self.numbers(kind), np.nan)
         known = ~np.isnan(numbers)
         total = known.sum(axis=1)
@@ -90,7 +87,7 @@ class RoundsRun(AnyRun):
         return found
 
     def placed(self, kind: str, values: Values, *, fill: float) -> Values:
-        """Return values (K,) of the decisions of a kind as (T, N), with a fill value for agents without a question."""
+        """Arrange values of decisions, (K,), by round and agent, (T, N); agents that were not asked get `fill`."""
         own = self.kind == kind
         found = np.full((self.steps, self.agents), fill, dtype=values.dtype)
         found[self.step[own] - 1, self.agent[own]] = values[own]

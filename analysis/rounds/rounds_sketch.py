@@ -11,7 +11,7 @@ from analysis.rounds.rounds_run import RoundsRun
 
 
 def sketch(runs: Sequence[tuple[Shown, RoundsRun]], steps: Sequence[int] | None) -> Figure:
-    """Return a lane for each agent of each run, for the first kind of decision, up to the last of the given steps."""
+    """Draw a row per agent of each run, with its decisions of the first kind; `steps` limits the shown rounds."""
     kind = kinds_of(runs[0][1])[0]
     labels = runs[0][1].declared.actions[kind].labels
     figure = lanes_figure([Lanes(shown.label, run.id, values_of(run, kind), labels) for shown, run in runs])

@@ -1,4 +1,4 @@
-"""The checks of each kind of part, for `foundry check world=mine` and `foundry.check("world=mine")`."""
+"""Checks your own parts, for `foundry check world=mine` and `foundry.check("world=mine")`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -85,11 +85,11 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
         edits.expects_one_action_for_each,
     ),
 }
-"""The checks of each kind of part, in order; checks of models ask only policies."""
+"""The checks of each kind of part, in order. Checks of models ask only policies, which cost nothing."""
 CONFIGURED = ("world", "prompt", "model")
-"""Kinds of parts with a configuration."""
+"""Kinds of parts that have a configuration group."""
 EDIT = "edit="
-"""Prefix of edits, which have no configuration."""
+"""Beginning of an argument that names edits, which have no configuration group."""
 
 
 def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:
@@ -111,7 +111,7 @@ def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, .
 
 
 def check_asked(arguments: Sequence[str]) -> list[Finding]:
-    """Return the findings about all parts that a command line names."""
+    """Check all parts that a command line names, and return the findings."""
     edited = [name for text in arguments if text.startswith(EDIT) for name in text.removeprefix(EDIT).split(",")]
     overrides, measured = _shared_out([text for text in arguments if not text.startswith(EDIT)])
     chosen = [kind for kind in CONFIGURED if any(text.lstrip("+").startswith(f"{kind}=") for text in overrides)]
@@ -127,7 +127,7 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
 
 
 def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Split arguments into overrides with flags, and names of signatures."""
+    """Split arguments into overrides and flags, and names of signatures."""
     overrides: list[str] = []
     names: list[str] = []
     is_folder = False
@@ -141,7 +141,7 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 def _cases(
     config: Mapping[str, Any], seed: int, asked: tuple[Sequence[str], Sequence[str], Sequence[str]]
 ) -> Iterator[tuple[str, str, str, Callable[[], Any]]]:
-    """Yield a key, a title, the kind and the function that makes the case, for each part to check."""
+    """Yield key, title and kind of each part to check, and a function that makes the data for its checks."""
     case, (chosen, measured, edited) = world_case(config, seed), asked
     cases = {"world": case, "prompt": case, "model": models.ModelCase(build, config["model"], case)}
     for kind in chosen:
@@ -156,14 +156,14 @@ def _cases(
 
 
 def with_parts(name: str, case: WorldCase) -> list[Edit]:
-    """Return an edit, and the edits of its parts in a world."""
+    """Return the edit with this name, and an edit for each of its parts in the world."""
     check_own_edits(case.scenario.form)
     parts = () if "." in name else parts_of(name, case.scenario)
     return [find_edit(full, case.scenario) for full in (name, *(f"{name}.{part}" for part in parts))]
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
-    """Return the case of a configuration's world; its model plays if the model costs nothing."""
+    """Return the data for checks of a configuration's world. Its model plays if that costs nothing."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
     return WorldCase(
         make=lambda: scenario_of(config),

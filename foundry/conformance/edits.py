@@ -1,4 +1,4 @@
-"""Checks of edits: each changes only the agent's perception, and always in the same way."""
+"""Checks of edits: an edit changes only what the agent perceives, and always in the same way."""
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -11,16 +11,16 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit
 
 MOST_TRIED = 24
-"""Maximum number of questions of an episode for checks of an edit."""
+"""Maximum number of questions with which an edit is checked."""
 PNG = b"\x89PNG"
 """First bytes of a PNG image."""
 MOST_BACK = 12
-"""Maximum number of repeated edits of a question until the original must return."""
+"""Maximum number of times that an edit is repeated to restore the original question."""
 
 
 @dataclass(frozen=True)
 class EditCase:
-    """An edit, and the world with questions for its checks."""
+    """An edit, and a world that asks the questions for its checks."""
 
     edit: Edit
     world: WorldCase
@@ -47,12 +47,12 @@ class EditCase:
 
 
 def changes_something(case: EditCase) -> str:
-    """The edit changes some question, and returns None or its input if there is nothing to change."""
+    """The edit changes some question; it returns None or an equal question if there is nothing to change."""
     return f"{len(case.changed)} of {len(case.questions)} questions changed"
 
 
 def asks_the_same(case: EditCase) -> None:
-    """Step, agent, kind and number of the question do not change, because its sampling seed depends on them."""
+    """The edit keeps step, agent, kind and `again` of the question, on which its sampling seed depends."""
     for before, after in case.changed:
         require(
             (after.asked, after.again) == (before.asked, before.again),
@@ -65,10 +65,13 @@ def keeps_what_templates_name(case: EditCase) -> None:
     """The observation keeps its keys, contains only plain data, and has the same number of images."""
     for before, after in case.changed:
         differing = sorted(before.observation.keys() ^ after.observation.keys())
-        require(not differing, f"{', '.join(differing)} is only in one of both observations: change values, never keys")
+        require(
+            not differing,
+            f"the key {', '.join(differing)} is only in the original or only in the edited observation: keep all keys",
+        )
         check_plain(after.observation, f"the edited '{before.kind}'")
         now, then = len(after.images), len(before.images)
-        require(now == then, f"{now} images in place of {then}: change only their content")
+        require(now == then, f"the edited question has {now} images instead of {then}: change only their content")
 
 
 def leaves_its_input_as_it_is(case: EditCase) -> None:
@@ -77,13 +80,13 @@ def leaves_its_input_as_it_is(case: EditCase) -> None:
         given = deepcopy(dict(question.observation))
         case.edit.applied(replace(question, observation=given), case.questions)
         stays = given == dict(question.observation)
-        require(stays, f"it changes the given '{question.kind}': make a copy with dataclasses.replace")
+        require(stays, f"it changes the '{question.kind}' that it gets: make a copy with dataclasses.replace")
 
 
 def changes_the_same_every_time(case: EditCase) -> None:
     """Edits of equal questions give equal questions."""
     for before, after in case.changed:
-        other = f"a second edit of a '{before.kind}' differs"
+        other = f"editing a '{before.kind}' a second time gives another question"
         require(case.applied(before) == after, f"{other}: draw only from question.sampling_seed")
 
 
@@ -95,25 +98,24 @@ def can_be_put(case: EditCase) -> None:
 
 
 def expects_one_action_for_each(case: EditCase) -> None:
-    """Under an equivariance, different actions stay different, and repeated edits restore actions and questions."""
+    """For `equivariance`: different actions stay different, and repeated edits restore actions and questions."""
     if case.edit.leaves != "equivariance":
-        raise Skipped("it changes no action")
+        raise Skipped("it is not an equivariance, so it expects no other action")
     expected = case.edit.described(case.world.scenario)["expected"]
     made = ", ".join(map(str, expected.values()))
     each_once = set(expected.values()) == set(expected)
-    require(each_once, f"expected maps to {made} from {', '.join(expected)}: use each action once")
+    require(each_once, f"expected() maps {', '.join(expected)} to {made}: return each action exactly once")
     for before, after in case.changed:
         times = _times_until_back(case, before, after)
         moved = [label for label in expected if times is not None and _repeated(expected, label, times) != label]
         require(
             times is not None and not moved,
             f"after {times} edits a '{before.kind}' is restored, but its actions ({', '.join(moved) or 'all'}) are "
-            "not: edit and expected disagree",
+            "not: correct edit() or expected()",
         )
 
 
 def _times_until_back(case: EditCase, before: Question, after: Question) -> int | None:
-    """Return the number of edits that restore the agent's perception; None if it takes too many."""
     if after.images != before.images and not all(image.startswith(PNG) for image in before.images):
         raise Skipped("images are not PNG, so repeated edits always differ: use world.image_format=png")
     now: Question | None = after

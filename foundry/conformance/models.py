@@ -1,6 +1,6 @@
-"""Checks of models: the parameters include everything that affects an answer, and a policy is deterministic.
+"""Checks of models: parameters() contains everything that affects an answer, and a policy is deterministic.
 
-A model that costs money or time is not asked here; `foundry doctor` asks it.
+A model that costs money or time is not asked here, but by `foundry doctor`.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ _NAMES = ("_target_", "name")
 
 @dataclass(frozen=True)
 class ModelCase:
-    """A model with its settings, and a world with questions for it."""
+    """A model with its settings, and a world that asks the questions for its checks."""
 
     build: Callable[[Mapping[str, Any]], Model]
     settings: Mapping[str, Any]
@@ -35,16 +35,16 @@ class ModelCase:
         return self.build(self.settings)
 
     def asked(self) -> list[Request]:
-        """Return requests that are free to answer: the first questions of an episode."""
+        """Return the first questions of an episode as requests; skip the check if answers cost something."""
         model = self.make()
         if model.costs:
-            raise Skipped("asking it has a cost: use foundry doctor")
+            raise Skipped("its answers cost something: check it with foundry doctor")
         seed = self.world.seed
         requests = [request_of(one, seed) for one in self.world.usual.questions][:_MOST]
         return [one for one in requests if model.kinds is None or one.kind in model.kinds]
 
     def placed(self) -> Model:
-        """Return the model as used in a run of the world."""
+        """Return the model prepared for a run of the world."""
         model, seed = self.make(), self.world.seed
         return model.in_run(RunContext(seed, seed, self.world.scenario.personas(seed), ModelInfo(model.name)))
 
@@ -58,7 +58,7 @@ def says_its_name_and_kinds(case: ModelCase) -> None:
 
 
 def answers_the_world(case: ModelCase) -> None:
-    """The model answers every kind of question in the world."""
+    """The model answers every kind of question that the world asks."""
     model, scenario = case.make(), case.world.scenario
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     kinds = ", ".join(model.kinds or ())
@@ -78,20 +78,18 @@ def says_its_parameters(case: ModelCase) -> None:
 
 
 def tells_its_settings_apart(case: ModelCase) -> str | None:
-    """Every number that may affect an answer is a parameter, so that answers of other models are not reused."""
+    """Every number that may affect an answer is in parameters(), so that no other model's answers are reused."""
     key = _key(case.make())
     settings = without_servers(case.settings)
     same = [change for change in _changes(settings) if _builds_the_same(case, change, key)]
     numbers = ", ".join(change.name for change in same if not change.is_flag)
-    require(
-        not numbers, f"a different value of {numbers} does not change parameters(): add it, or cached answers will mix"
-    )
-    return f"parameters() do not change with {', '.join(change.name for change in same)}" if same else None
+    require(not numbers, f"parameters() lacks {numbers}: add it, or models with different values share cached answers")
+    return f"parameters() does not depend on {', '.join(change.name for change in same)}" if same else None
 
 
 @dataclass(frozen=True)
 class _Change:
-    """A setting with a different value; many flags have an effect only together with other settings."""
+    """A changed setting. A flag may have an effect only together with other settings, so it only gives a note."""
 
     name: str
     settings: Mapping[str, Any]
@@ -110,7 +108,7 @@ def _builds_the_same(case: ModelCase, change: _Change, kept: str) -> bool:
 
 
 def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
-    """Yield each plain setting with a different value, also settings one level below."""
+    """Yield a change of each flag and number among the settings, and among settings one level below."""
     for key, value in settings.items():
         if key in _NAMES:
             continue
@@ -124,7 +122,7 @@ def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
 
 
 def answers_the_same(case: ModelCase) -> None:
-    """Equal requests get equal replies, in any order, and from a copy of the model."""
+    """A policy gives equal replies to equal requests, in any order, and so does a copy of it."""
     requests = case.asked()
     one, other = case.placed(), case.placed()
     first = asyncio.run(one.ask_all(requests))
@@ -134,7 +132,7 @@ def answers_the_same(case: ModelCase) -> None:
     for request, *replies in zip(requests, first, back, alone, strict=True):
         require(
             replies[0].text == replies[1].text == replies[2].text,
-            f"a '{request.kind}' of agent {request.agent} gets a different reply when repeated, reordered or copied: "
+            f"a '{request.kind}' of agent {request.agent} gets a different reply the second time or from a copy: "
             "draw only from the request's generator, keep no state, and keep the order of requests",
         )
 
@@ -156,7 +154,8 @@ def leaves_the_observation_as_it_is(case: ModelCase) -> None:
     asyncio.run(case.placed().ask_all(requests))
     changed = [one.kind for one, kept in zip(requests, before, strict=True) if dict(one.observation) != kept]
     require(
-        not changed, f"answering '{changed[0] if changed else ''}' changes the observation: copy it before changing it"
+        not changed,
+        f"the model changes the observation of a '{changed[0] if changed else ''}': copy it before changing it",
     )
 
 
@@ -169,7 +168,7 @@ def refuses_other_kinds(case: ModelCase) -> None:
         asyncio.run(case.placed().ask(msgspec.structs.replace(requests[0], kind="no such kind")))
     except InputError:
         return
-    raise Broken("a question of an unknown kind gets an answer: raise foundry.InputError")
+    raise Broken("it answers a question of an unknown kind: raise foundry.InputError")
 
 
 def fits_into_a_run(case: ModelCase) -> None:
@@ -177,6 +176,9 @@ def fits_into_a_run(case: ModelCase) -> None:
     one, other = case.placed(), case.placed()
     for placed in (one, other):
         require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model")
-        require(placed.name == case.make().name, f"in_run() returns a model named '{placed.name}': keep its name")
+        require(
+            placed.name == case.make().name,
+            f"in_run() returns a model named '{placed.name}': it must keep the name '{case.make().name}'",
+        )
     is_same = one.roster() == other.roster()
-    require(is_same, "in_run() distributes the agents differently for the same run: draw by its seed")
+    require(is_same, "in_run() assigns agents to models differently in equal runs: draw with the run's seed")

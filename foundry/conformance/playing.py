@@ -1,4 +1,4 @@
-"""Plays episodes for the checks, with usual, idle and useless replies, and runs the checks."""
+"""Runs checks, and plays the episodes that they need, with usual, idle and empty replies."""
 
 import asyncio
 import inspect
@@ -23,20 +23,20 @@ from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
-"""A check; returns an optional note, and raises Broken or Skipped."""
+"""Function that checks a rule, and may return a note; it raises Broken or Skipped."""
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
-"""Answers the pending questions, in order."""
+"""Function that answers the pending questions, in order."""
 POLICIES: tuple[Mapping[str, Any], ...] = (
     {"_target_": "foundry.worlds.any.any_policies.Random", "name": "scripted/random"},
     {"_target_": "foundry.worlds.camera.camera_policies.Wander", "name": "scripted/wander"},
 )
-"""Policies for the checks if the chosen model costs something or cannot act in the world."""
+"""Policies that play if the chosen model costs something or cannot act in the world."""
 _SPARE = 100
-"""A scenario counts as endless after twice the counted number of questions, and this many more."""
+"""An episode is stopped after this many questions more than twice its `count_calls()`."""
 
 
 class Status(StrEnum):
-    """Result of a check."""
+    """The result of a check."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -45,11 +45,13 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """The finding of one check.
+    """The result of one check of a part.
 
     Attributes:
         part: the checked part, such as `world bar`.
-        note: advice, the reason for skipping, or a remark.
+        check: name of the check.
+        rule: the rule that it checks, as a sentence.
+        note: advice, the reason why the check was skipped, or a remark.
     """
 
     part: str
@@ -60,11 +62,11 @@ class Finding:
 
 
 class Broken(Exception):
-    """A rule does not hold; the message says where, and what to do."""
+    """Raised if a rule does not hold; the message says where, and what to do."""
 
 
 class Skipped(Exception):
-    """A rule does not apply; the message says why."""
+    """Raised if a rule does not apply; the message says why."""
 
 
 def require(condition: bool, message: str) -> None:
@@ -74,7 +76,7 @@ def require(condition: bool, message: str) -> None:
 
 
 def examine(part: str, checks: Sequence[Check[Case]], case: Case) -> list[Finding]:
-    """Return the findings of checks in order; a cause that several checks share is reported once."""
+    """Run the checks in order; if several fail for the same reason, only the first is reported as failed."""
     findings: list[Finding] = []
     causes: set[str] = set()
     for check in checks:
@@ -87,7 +89,7 @@ def examine(part: str, checks: Sequence[Check[Case]], case: Case) -> list[Findin
 
 
 def look(part: str, check: Check[Case], case: Case) -> Finding:
-    """Return the finding of one check."""
+    """Run one check, and return its finding."""
     name, rule = name_of(check), str(inspect.getdoc(check)).partition("\n")[0]
     try:
         note = check(case)
@@ -101,17 +103,17 @@ def look(part: str, check: Check[Case], case: Case) -> Finding:
 
 
 def name_of(check: Check[Case]) -> str:
-    """Return the name of a check."""
+    """Return the name of a check in words."""
     return check.__name__.replace("_", " ")
 
 
 def failed(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings that need a fix."""
+    """Return the findings of rules that do not hold."""
     return [one for one in findings if one.status is Status.FAILED]
 
 
 def _cause(error: Exception) -> str:
-    """Return an error in one line, with the last line of code outside this package."""
+    """Return an error in one line, with the last place in the user's code."""
     text = one_line(error)
     if isinstance(error, FoundryError):
         return text
@@ -123,7 +125,7 @@ def _cause(error: Exception) -> str:
 
 @dataclass(frozen=True)
 class Turn:
-    """One round of questions and its effects; `step` is the number of completed steps after it."""
+    """One round of questions, the records after it, and the number of steps that are complete then."""
 
     questions: tuple[Question, ...]
     records: tuple[Record, ...]
@@ -132,13 +134,13 @@ class Turn:
 
 @dataclass(frozen=True)
 class Episode:
-    """The course of an episode.
+    """An episode, played for checks.
 
     Attributes:
         opening: records before the first question.
         turns: rounds in order.
-        left: questions pending at the end.
-        pictures: the state as a PNG, by step (0: the initial state); empty unless requested.
+        left: questions that are pending at the end.
+        pictures: PNG of the state after each step (0: the initial state); empty if none were drawn.
     """
 
     opening: tuple[Record, ...]
@@ -149,12 +151,12 @@ class Episode:
 
     @property
     def questions(self) -> Iterator[Question]:
-        """Every question."""
+        """All questions, in order."""
         return (question for turn in self.turns for question in turn.questions)
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """Every record."""
+        """All records, in order."""
         return (*self.opening, *(record for turn in self.turns for record in turn.records))
 
     @property
@@ -163,20 +165,28 @@ class Episode:
         return sum(len(turn.questions) for turn in self.turns)
 
     def lines(self, stream: str) -> bytes:
-        """Return the lines of a record file."""
+        """Return the lines that this record file would have."""
         return b"".join(msgspec.json.encode(one) + b"\n" for one in self.records if one.stream == stream)
 
     def content(self) -> list[bytes]:
-        """Return an episode as comparable pieces, one per record or question."""
+        """Return each record and each question as bytes, to compare episodes."""
         return [*map(msgspec.json.encode, self.records), *(repr(seen(one)).encode() for one in self.questions)]
 
 
 seen = attrgetter("step", "agent", "kind", "observation", "images", "options", "idle")
-"""Returns the visible part of a question, without the secret, which is computed only on request."""
+"""Function that returns all of a question but its secret."""
 
 
 def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictures: bool = False) -> Episode:
-    """Play a world until it ends, asks nothing, or has asked more than `most` questions."""
+    """Play a world until it ends, asks nothing, or has asked more than `most` questions.
+
+    Args:
+        world: a new episode.
+        answering: answers the questions.
+        most: maximum number of questions.
+        looks: number of calls of `pending()` per round.
+        pictures: whether to draw each state.
+    """
     opening, asked = tuple(world.opening()), 0
     turns: list[Turn] = []
     drawn = {0: world.draw()} if pictures else {}
@@ -196,7 +206,7 @@ def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictu
 
 
 def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[[int], int]) -> Episode | None:
-    """Play a world with questions asked ahead where possible; None if it never allows them."""
+    """Play a world and ask questions early where it allows that; return None if it never does."""
     opening = tuple(world.opening())
     turns: list[Turn] = []
     while not world.finished and (ahead := world.ahead()) is None and len(turns) <= most:
@@ -227,8 +237,8 @@ class WorldCase:
     """A world and its prompt, for the checks.
 
     Attributes:
-        make: builds a new scenario.
-        make_prompt: builds a new prompt for it.
+        make: function that builds a new scenario.
+        make_prompt: function that builds a new prompt for it.
         templates: templates of the prompt as written, by kind of question.
         policy: a scripted model that answers; without one, replies are drawn from the options of each question.
         schemas: JSON Schema of the reply by kind of question, if replies must follow one.
@@ -243,7 +253,7 @@ class WorldCase:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The scenario of most checks."""
+        """The scenario that most checks share."""
         return self.make()
 
     @property
@@ -258,12 +268,12 @@ class WorldCase:
 
     @cached_property
     def drawn(self) -> Episode:
-        """The episode `usual`, with every state drawn."""
+        """The episode `usual`, with a picture of every state."""
         return self.played(self.answers, pictures=True)
 
     @cached_property
     def idle(self) -> Episode:
-        """An episode of idle replies; questions without an idle reply get empty replies."""
+        """An episode of idle replies; if a question has none, its reply is empty."""
         return self.played(lambda questions: [Answer(one.idle or "") for one in questions])
 
     @cached_property
@@ -273,18 +283,18 @@ class WorldCase:
 
     @property
     def put(self) -> Sequence[Question]:
-        """The questions that a prompt must accept: after usual replies, and after replies without text."""
+        """The questions that a prompt must accept: those after usual replies and those after empty replies."""
         return (*self.usual.questions, *self.silent.questions)
 
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False
     ) -> Episode:
-        """Return an episode of this scenario, or of a given one, with the case's seed."""
+        """Play an episode with this seed; see `play`. `scenario` may replace the shared scenario."""
         world = (scenario or self.scenario).start(self.seed)
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 
     def answers(self, questions: Sequence[Question]) -> list[Answer]:
-        """Return the policy's answers, or random ones without a policy."""
+        """Return the policy's answers; without a policy, draw from the options of each question."""
         if self.policy is None:
             return [Answer(self._reply(question)) for question in questions]
         replies = asyncio.run(self.policy.ask_all([request_of(one, self.seed) for one in questions]))
@@ -298,7 +308,7 @@ class WorldCase:
 
 
 def request_of(question: Question, seed: int) -> Request:
-    """Return the request for a scripted model, which reads no messages."""
+    """Convert a question to a request to a scripted model, which reads no messages."""
     return Request(
         messages=(),
         seed=question.sampling_seed(seed),
@@ -312,6 +322,6 @@ def request_of(question: Question, seed: int) -> Request:
 
 
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
-    """Return the configuration of the chosen model if it can act here without cost, else of a shipped policy."""
+    """Return the chosen model if it costs nothing and can act here, else a shipped policy that can, else None."""
     stage = Stage(scenario, seed)
     return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)

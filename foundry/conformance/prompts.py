@@ -1,4 +1,4 @@
-"""Checks of prompts: each accepts every question of its world, and is deterministic."""
+"""Checks of prompts: a prompt accepts every question of its world, and is deterministic."""
 
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
@@ -11,7 +11,7 @@ from foundry.prompts.prompt import environment_of
 
 
 def has_every_kind(case: WorldCase) -> None:
-    """There is a template for every kind of question in the world."""
+    """The prompt has a template for every kind of question that the world asks."""
     prompt, kinds = case.make_prompt(), case.scenario.kinds
     missing = [kind for kind in kinds if kind not in prompt.kinds]
     lacks = f"prompt '{prompt.name}' has no template for {', '.join(missing)}"
@@ -19,17 +19,17 @@ def has_every_kind(case: WorldCase) -> None:
 
 
 def fills_every_question(case: WorldCase) -> None:
-    """A prompt can be made for every question of an episode: templates use only names in the observation."""
+    """Templates use only names that are in the observation, in every question of an episode."""
     prompt = case.make_prompt()
     for question in case.put:
         for message in prompt.render(question):
             says_something = message.role != "user" or bool(message.content.strip() or message.images)
             where = f"a '{question.kind}' of step {question.step}"
-            require(says_something, f"{where} gives a user message without any text")
+            require(says_something, f"{where} gives an empty user message: add text to its template")
 
 
 def names_what_is_observed(case: WorldCase) -> None:
-    """Every name in a template, used or not, occurs in some question of its kind."""
+    """Every name in a template, even in a branch that is not taken, occurs in some question of its kind."""
     observed: dict[str, set[str]] = {}
     for question in case.put:
         observed.setdefault(question.kind, set()).update(question.observation)
@@ -37,7 +37,7 @@ def names_what_is_observed(case: WorldCase) -> None:
         for source in _sources(case.templates.get(kind, "")):
             unknown = sorted(_named(source) - known)
             names = f"template '{kind}' uses {', '.join(unknown)}"
-            require(not unknown, f"{names}, which no observation contains; it can use {', '.join(sorted(known))}")
+            require(not unknown, f"{names}, which no observation contains: use {', '.join(sorted(known))}")
 
 
 def _sources(template: Any) -> Iterator[str]:
@@ -48,7 +48,7 @@ def _sources(template: Any) -> Iterator[str]:
 
 
 def _named(source: str) -> set[str]:
-    """Return the names that a template looks up, except those that it only tests for existence."""
+    """Return the names that a template uses, except those in tests such as `is defined`."""
     environment = environment_of()
     tree = environment.parse(source)
     names = {
@@ -58,23 +58,24 @@ def _named(source: str) -> set[str]:
 
 
 def is_the_same_every_time(case: WorldCase) -> None:
-    """Equal questions give equal messages, even from a copy of the prompt; questions are not changed."""
+    """Equal questions give equal messages, also from a copy of the prompt, and stay unchanged."""
     prompt, copy = case.make_prompt(), case.make_prompt()
     for question in case.put:
         before = deepcopy(dict(question.observation))
         require(
             prompt.render(question) == prompt.render(question) == copy.render(question),
-            f"a second prompt for a '{question.kind}' differs: templates may only depend on the observation",
+            f"a '{question.kind}' gives other messages the second time: templates may only depend on the observation",
         )
         require(
-            dict(question.observation) == before, f"filling in the question '{question.kind}' changes the observation"
+            dict(question.observation) == before,
+            f"template '{question.kind}' changes the observation: only read it",
         )
 
 
 def shows_the_images(case: WorldCase) -> None:
-    """The prompt includes the images of the observation."""
+    """The messages contain all images of a question, in order."""
     prompt = case.make_prompt()
     for question in case.put:
         sent = [image for message in prompt.render(question) for image in message.images]
         has = f"a '{question.kind}' has {len(question.images)} images"
-        require(sent == list(question.images), f"{has}, but {len(sent)} are sent")
+        require(sent == list(question.images), f"{has}, but the messages contain {len(sent)}")

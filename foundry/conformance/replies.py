@@ -1,4 +1,4 @@
-"""Checks of replies to worlds: bad replies decide nothing, and offered replies decide as declared."""
+"""Checks of how worlds read replies: bad replies decide nothing, and offered replies decide as declared."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -21,15 +21,15 @@ _BAD = {
     "a reply of 100,000 characters": (Answer(_GARBAGE * 10_000), Outcome.UNREADABLE),
     "a reply of 100,000 brackets": (Answer('{"[' * 34_000), Outcome.UNREADABLE),
 }
-"""Replies that decide nothing, and the outcome of their decision."""
+"""Replies that decide nothing, and the outcome that the world must record for them."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of a text that decides nothing. If any text is an answer, as in talk, no text has these outcomes."""
+"""Outcomes of texts that decide nothing. In talk, where any text is an answer, they do not occur."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
 
 class _Place(NamedTuple):
-    """A question in the usual episode: its round, and its index among the round's questions."""
+    """A question in the usual episode; `turn` is the index of its round, `at` its index in the round."""
 
     turn: int
     at: int
@@ -37,7 +37,7 @@ class _Place(NamedTuple):
 
 
 def _places(case: WorldCase) -> list[_Place]:
-    """Return the last agent's first question of every kind."""
+    """Return, for each kind, the last question of the first round with this kind."""
     places: dict[str, _Place] = {}
     for number, turn in enumerate(case.usual.turns):
         last = {question.kind: _Place(number, at, question) for at, question in enumerate(turn.questions)}
@@ -46,7 +46,7 @@ def _places(case: WorldCase) -> list[_Place]:
 
 
 def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any], Sequence[Question]]:
-    """Return the agent's records in the step of a question with a given answer, and the next questions."""
+    """Give this answer to a question; return the agent's records of the step, and the next questions."""
     world, asked = case.scenario.start(case.seed), place.question
     world.opening()
     rows: list[Any] = []
@@ -62,14 +62,14 @@ def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any]
 
 
 def survives_bad_replies(case: WorldCase) -> None:
-    """A reply that decides nothing raises no error, is read quickly, and has the right outcome."""
+    """A reply that decides nothing is read quickly and without an error, and has the right outcome."""
     for place in _places(case):
         kind = place.question.kind
         for name, (answer, expected) in _BAD.items():
             started = time.perf_counter()
             rows, _ = _answered(case, place, answer)
             took = time.perf_counter() - started
-            require(took < _PATIENCE_S, f"{name} to a '{kind}' took {took:.0f} s to read: limit its length")
+            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' took {took:.0f} s: limit the length of replies")
             is_talk = kind not in case.scenario.actions() and expected in _SPOKEN and bool(answer.text.strip())
             if not rows or is_talk:
                 continue
@@ -87,7 +87,7 @@ def _outcomes(row: Any) -> Iterator[Outcome]:
 
 
 def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
-    """Apart from the outcome, all bad replies have the same effect."""
+    """All bad replies have the same effect, apart from the outcome."""
     for place in _places(case):
         kind, agent = place.question.kind, place.question.agent
         declared = kind in case.scenario.actions()
@@ -100,15 +100,19 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
             others = [seen(question) for question in after if question.agent != agent]
             first = first or (name, state, others)
             is_same = state == first[1]
-            require(is_same, f"{name} to a '{kind}' gives {state}, {first[0]} {first[1]}: let both decide nothing")
+            require(
+                is_same, f"{name} to a '{kind}' gives {state}, but {first[0]} gives {first[1]}: let both decide nothing"
+            )
             is_same = others == first[2]
-            require(is_same, f"others perceive a difference between {name} to a '{kind}' and {first[0]}")
+            require(is_same, f"other agents observe whether a '{kind}' got {name} or {first[0]}: hide this from them")
 
 
 def gives_the_same_when_played_again(case: WorldCase) -> None:
-    """Two episodes with the same bad replies are equal."""
+    """Two episodes with equal bad replies are equal."""
     first, second = (case.played(_spoiled(case)).content() for _ in range(2))
-    require(first == second, "two episodes with the same bad replies differ")
+    require(
+        first == second, "two episodes with equal bad replies differ: draw only from foundry.seeding.stream(seed, ...)"
+    )
 
 
 def _spoiled(case: WorldCase) -> Answering:
@@ -122,22 +126,24 @@ def _spoiled(case: WorldCase) -> Answering:
 
 
 def reads_the_options_it_offers(case: WorldCase) -> None:
-    """The replies in `Question.options` are read as declared decisions, all of them different."""
+    """The world reads the replies in `Question.options` as declared decisions that all differ."""
     places = [place for place in _places(case) if place.question.options]
     if not places:
-        raise Skipped("offers no options, but scripted/random needs them: give each Question its `options`")
+        raise Skipped("its questions have no options, which scripted/random needs: give each Question its `options`")
     for place in places:
         options, kind = place.question.options, place.question.kind
         decisions = {text: _decision(case, place, text) for text in options[:: -(-len(options) // _MOST_OPTIONS)]}
         is_apart = kind not in case.scenario.actions() or len(decisions) == len(set(decisions.values()))
-        require(is_apart, f"several options of a '{kind}' decide the same: {decisions}; keep one per decision")
+        require(is_apart, f"several options of a '{kind}' give the same decision: {decisions}; keep one of them")
 
 
 def reads_its_idle_reply(case: WorldCase) -> None:
-    """The reply in `Question.idle` is read as the declared idle action."""
+    """The world reads the reply in `Question.idle` as the declared idle action."""
     places = [place for place in _places(case) if place.question.idle is not None]
     if not places:
-        raise Skipped("offers no idle reply, but scripted/stay needs one if an action does nothing")
+        raise Skipped(
+            "its questions have no idle reply, which scripted/stay needs: set `idle` if an action does nothing"
+        )
     for place in places:
         decision = _decision(case, place, str(place.question.idle))
         kind = place.question.kind
@@ -147,24 +153,23 @@ def reads_its_idle_reply(case: WorldCase) -> None:
 
 
 def _decision(case: WorldCase, place: _Place, text: str) -> Any:
-    """Return the decision of an offered reply."""
     rows, kind = _answered(case, place, Answer(text))[0], place.question.kind
     for row in (row for row in rows if getattr(row, "kind", kind) == kind):
         bad = [outcome for outcome in _outcomes(row) if outcome not in READABLE]
-        require(not bad, f"its own offered reply {text[:80]!r} to a '{kind}' is read as {bad}")
+        require(not bad, f"the world offers the reply {text[:80]!r} to a '{kind}', but reads it as {bad}")
         if declared_for(row, case.scenario.actions()) is not None:
             return row.decision
     return None
 
 
 def has_a_template_for_every_question(case: WorldCase) -> None:
-    """The chosen prompt has a template for every kind of question, and each template can be filled."""
+    """The chosen prompt has a template for every kind of question, and can fill each template."""
     has_every_kind(case)
     fills_every_question(case)
 
 
 def has_a_schema_for_every_question(case: WorldCase) -> None:
-    """If replies must follow a schema, every kind of question has one."""
+    """If replies must follow a schema, there is one for every kind of question."""
     if case.schemas is None:
         raise Skipped("the chosen model uses no schema: model.format is not 'schema'")
     for kind in case.scenario.kinds:

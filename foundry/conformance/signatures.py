@@ -1,4 +1,4 @@
-"""Checks of signatures: descriptions of measures, determinism, ranges, and NaN without decisions."""
+"""Checks of signatures: measures are described, repeatable, in their range, and NaN if nothing was decided."""
 
 import inspect
 import math
@@ -30,12 +30,12 @@ from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
 
 SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
-"""Seeds of the runs for most checks, and of the runs for means that are compared with a null."""
+"""Seeds of the runs for most checks, and of the runs of scripted/random that are compared with nulls."""
 FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
-"""Minimum number of runs for a mean; level of the test of a null; ignored bias, in half ranges of the measure."""
+"""For tests of nulls: minimum number of runs, level, and a bias to ignore (as a share of half the range)."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
-"""Prefix of counts; these are denominators and may be 0."""
+"""Beginning of the names of counts, which are denominators and may be 0."""
 
 
 class Silent(Model):
@@ -58,9 +58,9 @@ class SignatureCase:
     """A signature to be checked.
 
     Attributes:
-        runs: runs as arrays, in every class that its function may take.
-        emptied: these runs with all decisions unreadable and not counted.
-        blind: function that plays runs of a blind policy and returns their arrays.
+        runs: runs as arrays, in each class that `measure` may take.
+        emptied: runs without readable decisions, in which no decision counts.
+        blind: function that plays runs of scripted/random, and returns the arrays of each.
     """
 
     module: ModuleType
@@ -69,11 +69,11 @@ class SignatureCase:
     blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
-        """Return the runs in the class that its function takes."""
+        """Return the runs in the class that `measure` takes; skip the check if there are none."""
         kind = run_type(self.module)
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
-            raise Skipped(f"it takes a {kind.__name__}, but this world gives none: name another world=")
+            raise Skipped(f"it measures a {kind.__name__}, which this world does not have: name another world=")
         taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
         if not taken:
             raise Skipped("it does not apply to this world: name another world=")
@@ -85,7 +85,7 @@ class SignatureCase:
 
 
 def run_type(module: ModuleType) -> type:
-    """Return the class of the runs that a signature's function takes."""
+    """Return the class of the runs that a signature's `measure` takes."""
     function = getattr(module, "measure", None)
     if not callable(function):
         raise Broken("it has no function `measure`: define measure(run: ...) -> dict[str, float]")
@@ -97,7 +97,7 @@ def run_type(module: ModuleType) -> type:
 
 
 def says_what_it_is(case: SignatureCase) -> None:
-    """The signature has a NAME for its columns, MEASURES with descriptions, and a HEADLINE of some of these."""
+    """The signature has a NAME, MEASURES with labels, and a HEADLINE that names some of these."""
     name = getattr(case.module, "NAME", None)
     is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
     require(is_name, f"NAME is {name!r}: use lower case letters, digits and _; it is the prefix of the columns")
@@ -111,12 +111,12 @@ def says_what_it_is(case: SignatureCase) -> None:
 
 
 def says_what_it_takes(case: SignatureCase) -> None:
-    """The annotation of `measure` names the class of its runs."""
+    """The parameter of `measure` is annotated with the class of its runs."""
     run_type(case.module)
 
 
 def measures_what_it_describes(case: SignatureCase) -> None:
-    """Every measure is a described number within its range."""
+    """Every measure is a number within the range that MEASURES states."""
     for found in case.measured():
         require(isinstance(found, dict), f"measure returns {type(found).__name__}: return a dict of floats")
         for name, value in found.items():
@@ -135,7 +135,7 @@ def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
 
 
 def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the measures that describe a name: the measure itself, and families with a `*`."""
+    """Yield the entries of MEASURES for a name: its own, and patterns such as `won_*`."""
     for pattern, measure in measures.items():
         start, star, end = pattern.partition("*")
         if name == pattern or (star and name.startswith(start) and name.endswith(end)):
@@ -143,18 +143,18 @@ def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
 
 
 def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
-    """Runs of one world have the same measures, even without readable decisions."""
+    """All runs of a world have the same measures, even without readable decisions."""
     rows = [*case.measured(), *map(case.module.measure, case.taken(case.emptied))]
     first = rows[0]
     for other in rows:
         differing = ", ".join(sorted(set(first) ^ set(other)))
-        require(not differing, f"{differing} is in some runs only: return NaN where undefined")
+        require(not differing, f"only some runs have {differing}: always return it, as NaN if it is undefined")
 
 
 def says_nan_for_nothing(case: SignatureCase) -> str | None:
-    """If no decision counts, undefined measures are NaN, since a 0 would be a finding."""
+    """If no decision counts, undefined measures are NaN, because a 0 would be a finding."""
     if not getattr(case.module, "READABLE_TOO", True):
-        raise Skipped("READABLE_TOO is False: all decisions count")
+        raise Skipped("READABLE_TOO is False, so all decisions count")
     zeros: set[str] = set()
     for run in case.taken(case.emptied):
         measures = {name: value for name, value in case.module.measure(run).items() if not name.startswith(_COUNT)}
@@ -163,13 +163,13 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
         is_meant = not none or len(none) < len(measures)
         require(is_meant, f"{names} is 0 in a run without counted decisions: return NaN, because 0 is a finding")
         zeros |= none
-    return f"0 without counted decisions, which must be intended: {', '.join(sorted(zeros))}" if zeros else None
+    return f"check that 0 is right without counted decisions: {', '.join(sorted(zeros))}" if zeros else None
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:
-    """If a measure states a null for `scripted/random`, its mean over such runs agrees with the null, up to chance."""
+    """If a measure states a null for scripted/random, its mean over such runs equals the null, up to chance."""
     if not any(map(_is_of_random, case.module.MEASURES.values())):
-        raise Skipped("states no null for scripted/random")
+        raise Skipped("no measure states a null for scripted/random")
     rows = [case.module.measure(case.taken(arrays)[0]) for arrays in case.blind()]
     stated: dict[str, tuple[Any, Any]] = {}
     for name in (name for name in rows[0] if not name.startswith(_COUNT)):
@@ -178,7 +178,7 @@ def comes_to_its_nulls(case: SignatureCase) -> None:
         if _is_of_random(measure) and len(values) >= FEWEST:
             stated[name] = (measure, values)
     if not stated:
-        raise Skipped("no measure with a null is defined here: name another world=")
+        raise Skipped("all measures with a null are NaN in this world: name another world=")
     for name, (measure, values) in stated.items():
         mean, allowed = float(values.mean()), _half_width(values, len(stated)) + SLIGHT * _unit(measure)
         is_null = abs(mean - measure.null.value) <= allowed
@@ -188,13 +188,12 @@ def comes_to_its_nulls(case: SignatureCase) -> None:
 
 
 def _is_of_random(measure: Any) -> bool:
-    """Return whether a measure states a null for `scripted/random`."""
     null = getattr(measure, "null", None)
     return null is not None and bool(null.by_random)
 
 
 def _half_width(values: Any, rows: int) -> float:
-    """Return half the width of the interval of the mean; all rows together have the coverage of the level."""
+    """Return half the width of the interval of a mean; the intervals of all `rows` together have the level LEVEL."""
     from analysis.stats.intervals import student_quantile
 
     quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)
@@ -206,14 +205,14 @@ def _unit(measure: Any) -> float:
 
 
 def measures_the_same_twice(case: SignatureCase) -> None:
-    """Measuring a run again gives the same numbers."""
+    """Measuring a run again gives the same values."""
     for first, second in zip(case.measured(), case.measured(), strict=True):
         is_same = repr(first) == repr(second)
         require(is_same, f"measuring again gives {second} instead of {first}: draw from a fixed stream")
 
 
 def leaves_the_run_as_it_is(case: SignatureCase) -> None:
-    """Measuring does not change the run, which all signatures share."""
+    """Measuring does not change the run, because all signatures measure the same arrays."""
     for run in case.taken(case.runs):
         before = pickle.dumps(vars(run))
         case.module.measure(run)
@@ -222,13 +221,13 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
 
 
 def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> SignatureCase:
-    """Return the case of a signature with the given name or file, with runs of the given world."""
+    """Return the data for checks of a signature, given by name or file, with runs of a world."""
     module = _module(name, world.scenario.form)
     return case_with(config, world)(module)
 
 
 def _module(name: str, form: str) -> ModuleType:
-    """Return a signature's module: from a file, from your own folders, or shipped for this form or any form."""
+    """Find a signature's module: a file, one of your own, or one shipped for this form or for any form."""
     own = {one.name: one for one in own_modules("signatures")}
     if name.endswith(".py") and Path(name).is_file():
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
@@ -243,7 +242,7 @@ def _module(name: str, form: str) -> ModuleType:
 
 
 def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
-    """Yield the names of the shipped signatures for a form and for any form, and of their modules."""
+    """Yield the name and the module's path of each signature that is shipped for a form or for any form."""
     rooms = Path(str(ours("analysis").__file__)).parent
     for room in ("any", form):
         for file in pkgutil.iter_modules([str(rooms / room / "signatures")]):
@@ -251,7 +250,7 @@ def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
 
 
 def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
-    """Return a function that makes the case of a signature with runs of the given world, which are played only once."""
+    """Play runs of a world; return a function that makes the data for checks of any signature with them."""
     policy = policy_for(world.scenario, config["model"], world.seed)
     if policy is None:
         raise InputError(f"No policy can play world '{world.scenario.name}': give its questions their `options`.")
@@ -272,7 +271,6 @@ def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleTy
 def _played(
     config: Mapping[str, Any], world: WorldCase, models: Sequence[Mapping[str, Any]], seeds: tuple[int, ...]
 ) -> list[list[list[Any]]]:
-    """Return the arrays of each run of a world, by model."""
     declared = world.scenario.declared()
     conditions = [Condition({"model": one["name"]}, {**config, "model": one}, seeds, declared) for one in models]
     sweep = expand(("check",), conditions)
@@ -285,7 +283,7 @@ def _played(
 
 
 def _arrays_of(run: RunFolder) -> list[Any]:
-    """Return a run as arrays, in the class of its form and in the class for any form."""
+    """Return a run as arrays: in the class of its form, and in the class for any form."""
     from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 

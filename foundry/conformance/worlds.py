@@ -1,4 +1,4 @@
-"""Checks of worlds: two copies play the same episode, and record only what the world declares."""
+"""Checks of worlds: equal worlds play equal episodes, and write only the records that they declare."""
 
 import math
 import pickle
@@ -23,18 +23,20 @@ _FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
 def plays_to_its_end(case: WorldCase) -> None:
-    """An episode ends without pending questions; until its end there always are some."""
+    """An episode ends; until then questions are pending, and afterwards none."""
     for episode in (case.usual, case.idle, case.silent):
         asked = f"after {episode.asked} questions"
         if not episode.finished and episode.asked <= case.most:
-            raise Broken(f"{asked} nothing is pending, so it would never end: let pending() ask, or finished be true")
+            raise Broken(
+                f"{asked} pending() is empty, but finished is false: ask something, or let finished become true"
+            )
         most = case.scenario.count_calls()
-        require(episode.finished, f"it continues {asked}; count_calls() allows {most}: let finished become true")
+        require(episode.finished, f"the episode goes on {asked}, but count_calls() is {most}: let finished become true")
         require(not episode.left, "questions are pending after the end: return none once finished is true")
 
 
 def asks_what_it_says(case: WorldCase) -> str | None:
-    """Questions have declared kinds and the number of the next step, and none repeats."""
+    """Each question has a declared kind and the number of the next step, and is asked once."""
     kinds = case.scenario.kinds
     are_texts = isinstance(kinds, tuple) and all(isinstance(kind, str) for kind in kinds)
     require(are_texts, f"kinds is {kinds!r}: use a tuple of the kinds of question, such as ('action',)")
@@ -44,40 +46,37 @@ def asks_what_it_says(case: WorldCase) -> str | None:
             is_named = question.kind in kinds
             require(is_named, f"it asks '{question.kind}', which is not in its kinds {', '.join(kinds)}: add it")
             is_next = question.step == completed + 1
-            require(is_next, f"a question has step {question.step} after {completed} steps: steps count from 1")
+            require(
+                is_next, f"a question has step {question.step} after {completed} completed steps: use {completed + 1}"
+            )
         is_next = turn.step in (completed, completed + 1)
-        require(is_next, f"step jumped from {completed} to {turn.step}: it must be the number of completed steps")
+        require(is_next, f"step went from {completed} to {turn.step}: it must count completed steps, one at a time")
         completed = turn.step
     questions = list(case.usual.questions)
     put = Counter((*question.asked, question.again) for question in questions)
     for (step, agent, kind, _), times in put.items():
-        require(
-            times == 1,
-            (
-                f"agent {agent} is asked '{kind}' {times} times in step {step} with the same sampling seed: use "
-                "different kinds, or count repetitions in `again`"
-            ),
-        )
+        same = f"agent {agent} is asked '{kind}' {times} times in step {step} with the same sampling seed"
+        require(times == 1, f"{same}: use different kinds, or count repetitions in `again`")
     missing = set(kinds).difference(question.kind for question in questions)
-    return f"never asked here: {', '.join(sorted(missing))}" if missing else None
+    return f"this episode never asks {', '.join(sorted(missing))}" if missing else None
 
 
 def counts_its_calls(case: WorldCase) -> str | None:
-    """No episode asks more than `count_calls()` questions."""
+    """No episode asks more questions than `count_calls()` says."""
     most = case.scenario.count_calls()
     longest = max(episode.asked for episode in (case.usual, case.idle, case.silent))
-    require(longest <= most, f"{longest} questions were asked, but count_calls() allows {most}: raise it")
-    return f"{longest} of {most} questions asked" if longest < most else None
+    require(longest <= most, f"an episode asks {longest} questions, but count_calls() is {most}: raise it")
+    return f"an episode asks {longest} questions, and count_calls() is {most}" if longest < most else None
 
 
 def observes_plain_data(case: WorldCase) -> None:
-    """Observations are dicts, lists, texts, numbers, flags and None, so that templates can read them."""
+    """Observations consist of dicts, lists, texts, numbers, flags and None, so that templates can read them."""
     for question in case.usual.questions:
         check_plain(question.observation, f"the observation of a '{question.kind}'")
 
 
 def check_plain(value: object, where: str) -> None:
-    """Require that a value contains only dicts, lists, texts, numbers, flags and None; `where` names it."""
+    """Require that a value consists of dicts, lists, texts, numbers, flags and None; `where` names the value."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             require(isinstance(key, str), f"{where} has the key {key!r}: use texts")
@@ -87,30 +86,33 @@ def check_plain(value: object, where: str) -> None:
             check_plain(inner, where)
     else:
         plain = value is None or type(value) in (str, int, float, bool)
-        require(plain, f"{where} holds a {type(value).__module__}.{type(value).__name__}: make it a plain value")
+        require(plain, f"{where} contains a {type(value).__module__}.{type(value).__name__}: make it a plain value")
 
 
 def asks_without_side_effects(case: WorldCase) -> None:
-    """`pending()` can be called twice: it returns equal questions and changes nothing."""
+    """`pending()` changes nothing, and returns equal questions if it is called again."""
     world = case.scenario.start(case.seed)
     world.opening()
     while not world.finished and world.step <= 1:
         first, second = ([seen(question) for question in world.pending()] for _ in range(2))
-        require(first == second, f"two calls of pending() in step {world.step + 1} differ: compute nothing in it")
+        require(
+            first == second,
+            f"two calls of pending() in step {world.step + 1} differ: do not draw or change anything in it",
+        )
         if not first:
             return
         world.advance(case.answers(world.pending()))
     is_same = case.played(case.answers, looks=3).content() == case.usual.content()
-    require(is_same, "more calls of pending() change an episode: it must change nothing")
+    require(is_same, "further calls of pending() change the episode: do not change anything in it")
 
 
 def opens_without_side_effects(case: WorldCase) -> None:
-    """`opening()` and `draw()` change nothing."""
+    """`opening()` and `draw()` change nothing, so an episode does not depend on them."""
     world = case.scenario.start(case.seed)
     first, second = (list(map(msgspec.json.encode, world.opening())) for _ in range(2))
-    require(first == second, "two calls of opening() give different records: compute nothing in it")
+    require(first == second, "two calls of opening() return different records: do not draw or change anything in it")
     is_same = case.drawn.content() == case.usual.content()
-    require(is_same, "drawing changes an episode: draw() must change nothing")
+    require(is_same, "draw() changes the episode: do not change anything in it")
 
 
 def is_equal_from_equal_settings(case: WorldCase) -> None:
@@ -119,20 +121,20 @@ def is_equal_from_equal_settings(case: WorldCase) -> None:
 
 
 def is_equal_from_a_pickle(case: WorldCase) -> None:
-    """A pickled copy plays the same episode."""
+    """A copy of the world, made with pickle, plays the same episode."""
     try:
         copy = pickle.loads(pickle.dumps(case.scenario))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
-        raise Skipped(f"cannot be pickled, which runs do not need: {error}") from error
+        raise Skipped(f"the world cannot be pickled, which no run needs: {error}") from error
     _check_same(case, case.played(case.answers, scenario=copy), "a pickled copy")
 
 
 def starts_afresh(case: WorldCase) -> None:
-    """An episode does not depend on episodes before it or at the same time."""
+    """An episode does not depend on other episodes of the same world."""
     beside, world = case.scenario.start(case.seed + 1), case.scenario.start(case.seed)
     if not beside.finished and (questions := beside.pending()):
         beside.advance(case.answers(questions))
-    _check_same(case, play(world, case.answers, most=case.most), "an episode at the same time as another one")
+    _check_same(case, play(world, case.answers, most=case.most), "an episode beside another one")
 
 
 _AGAIN = (
@@ -148,13 +150,13 @@ def _check_same(case: WorldCase, other: Episode, which: str, hint: str = _AGAIN)
 
 
 def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
-    """Questions asked ahead equal the later pending ones, and the records do not depend on the order of answers."""
+    """Questions that are asked early equal the later pending ones, and early answers change no record."""
     rng = seeding.stream(case.seed, "check:order")
     orders: tuple[Callable[[int], int], ...] = (lambda n: 0, lambda n: n - 1, lambda n: int(rng.integers(n)))
     for pick in orders:
         episode = play_ahead(case.scenario.start(case.seed), case.answers, most=case.most, pick=pick)
         if episode is None:
-            raise Skipped("asks nothing early: all agents wait for each other")
+            raise Skipped("the world asks nothing early: all agents wait for each other")
         hint = (
             "ready() may only return questions that no open decision can change, and next_round() must keep the "
             "order of pending()"
@@ -163,72 +165,75 @@ def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
 
 
 def follows_its_seed(case: WorldCase) -> str | None:
-    """A different seed gives a different episode, if the world draws anything."""
+    """Different seeds give different episodes, if the world draws anything."""
     other = play(case.scenario.start(case.seed + 1), case.answers, most=case.most)
     is_same = other.content() == case.usual.content()
-    return "every seed gives the same episode: seeds only vary the models' sampling" if is_same else None
+    return "every seed gives the same episode, so seeds only change the models' sampling" if is_same else None
 
 
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
-    """`personas(seed)` has one persona per possible agent, by id, and always returns equal personas."""
+    """`personas(seed)` returns a persona for each agent, and always the same ones."""
     first, second = (case.scenario.personas(case.seed) for _ in range(2))
     agents = {question.agent for question in case.usual.questions}
     require(
         agents <= set(range(len(first))),
         (
-            f"personas({case.seed}) has {len(first)}, but the agents {sorted(agents)} were asked: return one persona, "
+            f"personas({case.seed}) has {len(first)}, but agents {sorted(agents)} are asked: return a persona, "
             "or {}, for every agent, with ids from 0"
         ),
     )
     for persona in first:
         plain = all(isinstance(key, str) and isinstance(value, str) for key, value in persona.items())
-        require(plain, f"a persona is {dict(persona)!r}: use texts for attributes and values")
-    require(list(map(dict, first)) == list(map(dict, second)), "personas(seed) differs from call to call")
+        require(plain, f"a persona is {dict(persona)!r}: attributes and values must be texts")
+    require(
+        list(map(dict, first)) == list(map(dict, second)),
+        "two calls of personas(seed) differ: draw only from foundry.seeding.stream(seed, ...)",
+    )
 
 
 def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
-    """`strata(question)` returns texts and flags, with equal names for all questions of a kind."""
+    """`strata(question)` returns texts or flags, under equal names for all questions of a kind."""
     names: dict[str, set[str]] = {}
     for question in case.usual.questions:
         strata = case.scenario.strata(question)
         plain = all(isinstance(value, str | bool) for value in strata.values())
         require(plain, f"strata of a '{question.kind}' are {dict(strata)!r}: use texts or flags with few values")
         differing = sorted(names.setdefault(question.kind, set(strata)) ^ set(strata))
-        require(not differing, f"{', '.join(differing)} is in the strata of some questions of '{question.kind}' only")
+        require(not differing, f"strata of some '{question.kind}' lack {', '.join(differing)}: always return all names")
 
 
 def keeps_its_secrets(case: WorldCase) -> None:
-    """Secrets, which only scripted policies read, are not in the observation, where templates would see them."""
+    """No key of `Question.secret`, which only scripted policies may read, is also in the observation."""
     questions = [question for question in case.usual.questions if question.secret is not None]
     if not questions:
-        raise Skipped("has no secret")
+        raise Skipped("its questions have no secret")
     for question in questions:
         shared = sorted(set(question.secret or ()) & set(question.observation))
-        require(not shared, f"a template can see {', '.join(shared)}, which is secret: remove it from the observation")
+        require(not shared, f"a template can read the secret {', '.join(shared)}: remove it from the observation")
 
 
 def shows_images_where_it_says(case: WorldCase) -> None:
-    """Questions contain PNG or JPEG images if `shows_images` is true, and otherwise none."""
+    """Questions contain PNG or JPEG images if `shows_images` is true, else none."""
     shows = case.scenario.shows_images
     for question in case.usual.questions:
         images, kind = question.images, question.kind
         is_said = bool(images) == shows
-        require(is_said, f"shows_images is {shows}, but a '{kind}' has {len(images)} images: correct it in the class")
+        require(is_said, f"shows_images is {shows}, but a '{kind}' has {len(images)} images: correct shows_images")
         known = all(image.startswith((b"\x89PNG", b"\xff\xd8\xff")) for image in images)
-        require(known, f"an image of a '{kind}' is neither PNG nor JPEG")
+        require(known, f"an image of a '{kind}' is neither PNG nor JPEG: encode it as one of them")
 
 
 def declares_its_records(case: WorldCase) -> None:
-    """The scenario declares its form, the classes of its records with the common keys, and the possible decisions."""
+    """The world declares its form, its records with all common keys, and the possible decisions."""
     scenario = case.scenario
     form = getattr(scenario, "form", None)
     is_name = isinstance(form, str) and _FORM.fullmatch(form) is not None
-    require(is_name, f"form is {form!r}: name the kind of records, such as form = 'rounds'")
+    require(is_name, f"form is {form!r}: use lower case letters, digits and _, such as form = 'rounds'")
     for record in scenario.records:
         is_record = isinstance(record, type) and issubclass(record, Record) and bool(record.stream)
         require(is_record, f"records contains {record!r}: use subclasses of foundry.records.Record with a `stream`")
     steps = [record for record in scenario.records if record.stream == _STEPS]
-    require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': use exactly one")
+    require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': exactly one must have it")
     missing = [key for key in _COMMON if key not in steps[0].__struct_fields__]
     require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs them; see RoundStep")
     for kind, actions in scenario.actions().items():
@@ -237,44 +242,49 @@ def declares_its_records(case: WorldCase) -> None:
 
 
 def _check_actions(kind: str, actions: Actions, kinds: tuple[str, ...]) -> None:
-    require(kind in kinds, f"actions() contains '{kind}', but no question is of that kind: use {', '.join(kinds)}")
+    require(kind in kinds, f"actions() contains '{kind}', which is no kind of question: use {', '.join(kinds)}")
     low, high = _ends(actions)
     is_one = low <= high and not (actions.labels and math.isfinite(low - high))
-    require(is_one, f"actions()['{kind}'] is {actions}: use the labels of a set, or the low and high of a number")
+    require(is_one, f"actions()['{kind}'] is {actions}: give either labels, or low and high with low <= high")
     is_action = actions.idle is None or _is_among(actions, actions.idle)
     require(is_action, f"the idle action of '{kind}', {actions.idle!r}, is not one of its actions")
 
 
 def writes_what_it_declares(case: WorldCase) -> None:
-    """Every record has a declared class; steps have the number of the asked step, and agents count from 0."""
+    """Every record has a declared class, the number of the step in which it was asked, and a known agent."""
     agents = range(len(case.scenario.personas(case.seed)))
     for record in case.usual.records:
         name, is_declared = type(record).__name__, type(record) in case.scenario.records
-        require(is_declared, f"it writes a {name} (stream '{record.stream}'): add it to the scenario's `records`")
+        require(
+            is_declared,
+            f"it writes a {name} (stream '{record.stream}'), which it does not declare: add it to `records`",
+        )
     for turn in case.usual.turns:
         step = turn.questions[0].step
         for row in steps_of(turn.records):
             require(
                 row.step == step,
-                f"a record of step {step} says step {row.step}: write the present step, counted from 1",
+                f"a record that is written in step {step} has step {row.step}: write the current step, from 1",
             )
-            require(row.agent in agents, f"a step has agent {row.agent!r}: the agents are 0 to {len(agents) - 1}")
+            require(row.agent in agents, f"a record has agent {row.agent!r}, but the agents are 0 to {len(agents) - 1}")
 
 
 def records_every_step(case: WorldCase) -> None:
-    """Every completed step has a record for each asked agent, and of each kind at most as many as questions."""
+    """Every agent that is asked in a step has a record of it, and at most one record per question."""
     put = Counter(question.asked for question in case.usual.questions)
     rows = Counter((row.step, row.agent, getattr(row, "kind", None)) for row in steps_of(case.usual.records))
     for (step, agent, kind), times in rows.items():
         most = max(put[step, agent, str(kind)], 1)
-        require(times <= most, f"agent {agent} has {times} records of kind {kind} in step {step}: write {most}")
+        require(times <= most, f"agent {agent} has {times} records of kind {kind} in step {step}: write at most {most}")
     recorded = {(step, agent) for step, agent, _ in rows}
     for step, agent, _ in put:
-        require((step, agent) in recorded, f"step {step} has no record of agent {agent}, who was asked in it")
+        require(
+            (step, agent) in recorded, f"agent {agent} was asked in step {step}, but has no record of it: write one"
+        )
 
 
 def decides_as_declared(case: WorldCase) -> None:
-    """Outcomes are values of `Outcome`; actions are declared actions, or null after unreadable replies."""
+    """Recorded actions are declared ones, or null after unreadable replies; outcomes are values of `Outcome`."""
     actions = case.scenario.actions()
     for row in steps_of((*case.usual.records, *case.silent.records)):
         require(isinstance(row.outcome, Outcome), f"an outcome is {row.outcome!r}: use foundry.records.Outcome")
@@ -284,20 +294,15 @@ def decides_as_declared(case: WorldCase) -> None:
         if row.outcome in READABLE:
             require(
                 row.decision is not None and _is_among(declared, row.decision),
-                f"agent {row.agent} decided {row.decision!r} in step {row.step}, which is not declared: {declared}",
+                f"agent {row.agent} decided {row.decision!r} in step {row.step}; declared are only {declared}",
             )
         else:
-            require(
-                row.decision is None,
-                (
-                    f"agent {row.agent} has the action {row.decision!r} in step {row.step}, but its reply was "
-                    f"{row.outcome}: write null, because no model chose an action"
-                ),
-            )
+            acts = f"agent {row.agent} has the action {row.decision!r} in step {row.step}"
+            require(row.decision is None, f"{acts}, but its reply is {row.outcome}: write null, as it chose nothing")
 
 
 def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
-    """Return the possible decisions of a step; None if none are declared."""
+    """Return the possible decisions for a record of a decision; None if none are declared."""
     kind = getattr(row, "kind", None)
     if kind is None and len(actions) == 1:
         return next(iter(actions.values()))
@@ -318,43 +323,43 @@ def _ends(actions: Actions) -> tuple[float, float]:
 
 
 def loads_its_records_back(case: WorldCase) -> None:
-    """Records can be read back unchanged, with the declared types."""
+    """A written record can be read back unchanged, with the declared types."""
     for record in case.usual.records:
         name, content = type(record).__name__, msgspec.json.encode(record)
         try:
             back = msgspec.json.decode(content, type=type(record))
         except msgspec.DecodeError as error:
             raise Broken(f"a {name} cannot be read back: {error}; its line is {content[:200]!r}") from error
-        require(back == record, f"a {name} changes when it is read back; its line is {content[:200]!r}")
+        require(
+            back == record, f"a {name} changes when it is read back: correct its types; its line is {content[:200]!r}"
+        )
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """If agents have personas, `opening()` records each as an `Agent`, equal to `personas(seed)`.
+    """If agents have personas, `opening()` contains an `Agent` with each persona of `personas(seed)`.
 
     The persona of an agent that is born later is recorded at its birth.
     """
     personas = [dict(persona) for persona in case.scenario.personas(case.seed)]
     recorded = {record.agent: record.persona for record in case.usual.opening if isinstance(record, Agent)}
     if not any(personas) and not recorded:
-        raise Skipped("has no personas")
+        raise Skipped("its agents have no personas")
     if case.scenario.grows:
         personas = personas[: len(case.usual.turns[0].questions)]
     expected = {agent: persona for agent, persona in enumerate(personas) if persona}
-    require(
-        recorded == expected,
-        (f"opening() records the personas {recorded}, but personas({case.seed}) returns {expected}"),
-    )
+    differ = f"opening() records the personas {recorded}, but personas({case.seed}) returns {expected}"
+    require(recorded == expected, f"{differ}: record these")
 
 
 def redraws_what_it_drew(case: WorldCase) -> None:
-    """`redraw` restores every picture from the records alone, byte for byte."""
+    """`redraw` draws every picture of `draw` again from the records alone, byte for byte."""
     episode = case.drawn
     images = {one.path: one.content for one in episode.records if hasattr(one, "path") and hasattr(one, "content")}
     again = case.make().redraw(Recorded(case.seed, episode.lines(_STEPS), episode.lines("episode"), images.get))
     for step, picture in episode.pictures.items():
-        require(picture.startswith(b"\x89PNG"), f"draw() gives no PNG after step {step}")
+        require(picture.startswith(b"\x89PNG"), f"draw() returns no PNG after step {step}: encode the picture as PNG")
         is_same = again.draw(step) == picture
-        require(is_same, f"the picture of step {step} differs from draw()'s: draw only from the records")
+        require(is_same, f"redraw() and draw() differ in step {step}: draw only from the records")
 
 
 def steps_of(records: Sequence[Record]) -> Iterator[Any]:

@@ -1,4 +1,4 @@
-"""The look of models, baselines and labels in plots, in the report and on the pages.
+"""Colours, markers and dashes of models, baselines and decisions in plots, in the report and on the pages.
 
 A model's colour, marker and dashes depend on its index among the models of its sweep, in the order of first runs. All
 colours of models and baselines have a contrast of at least 3:1 on light and dark backgrounds (WCAG 2.2, 1.4.11). The
@@ -10,7 +10,7 @@ from colorsys import hls_to_rgb
 from dataclasses import dataclass
 
 Polygon = tuple[tuple[float, float], ...]
-"""The corners of a closed polygon within the unit circle, y upwards; the last corner equals the first."""
+"""Corners of a closed polygon in the unit circle, with y upwards; the last corner equals the first."""
 
 COLOURS = (
     "#0D94FC",
@@ -26,25 +26,25 @@ COLOURS = (
     "#A87CC1",
     "#5E7866",
 )
-"""Colours of models. Any two of the first eight differ by at least 9 in CIEDE2000 and by at least 1.8 in lightness.
-This also holds for readers who confuse red and green, or blue and yellow (Machado et al. 2009).
+"""Colours of models. Any two of the first eight differ by at least 9 in CIEDE2000 and by at least 1.8 in lightness,
+also for readers who confuse red and green, or blue and yellow (Machado et al. 2009).
 """
 
 BASELINE = "#808080"
-"""The colour of all baselines, which are not compared with each other; their marker is round."""
+"""The colour of all baselines, whose marker is a disc. They share it because nobody compares baselines."""
 
 DASHES = ((), (3.5, 1.5), (1.0, 1.5), (4.5, 1.5, 1.0, 1.5), (6.0, 1.5, 1.0, 1.5, 1.0, 1.5))
-"""Lengths of strokes and gaps, alternating, in widths of the line; empty: a solid line."""
+"""Alternating lengths of strokes and gaps, in line widths; empty for a solid line."""
 
 LABELS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
-"""Colours of agents' decisions (Okabe and Ito), for areas; further labels get hues between these colours."""
+"""Colours of the first labels of decisions (Okabe and Ito); further labels get other hues."""
 
 TURN = 137.5
-"""Degrees between the hues of further labels: the golden angle, so that no hue is repeated."""
+"""Degrees between the hues of further labels. The golden angle repeats no hue."""
 
 
 def _star(corners: int, turn: float = 0.0, inner: float = 1.0) -> Polygon:
-    """Return a polygon with corners at distance 1 and `inner` alternately, the first `turn` degrees from the top."""
+    """Return a polygon whose corners have the distances 1 and `inner` in turn; `turn` rotates it by degrees."""
     angles = [math.radians(turn + 360 * corner / corners) for corner in range(corners + 1)]
     radii = [1.0 if corner % 2 == 0 else inner for corner in range(corners + 1)]
     return tuple(
@@ -76,19 +76,17 @@ MARKERS = (
 """A diamond, a square, triangles, a plus, a cross, a pentagon, a hexagon, a star and a thin diamond."""
 
 LOOKS = len(COLOURS) * len(MARKERS)
-"""Number of models with different colours or markers. Larger indices are for further groups of these models, with other
-dashes.
-"""
+"""Number of models with different colours or markers. Larger indices repeat them with other dashes."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """The look of a group.
+    """The look of a group of runs.
 
     Attributes:
         colour: colour as `#rrggbb`.
         marker: polygon of the marker; None for a disc.
-        dashes: dashes of the line, one of `DASHES`.
+        dashes: one of `DASHES`.
     """
 
     colour: str
@@ -97,11 +95,11 @@ class Look:
 
 
 def look(index: int, *, baseline: bool = False) -> Look:
-    """Return the look of a model by its index; index + `LOOKS` gives the look of a further group of the model.
+    """Return the look of a model; add `LOOKS` to its index for the look of another group of its runs.
 
     Args:
-        index: index among the models, or among the baselines.
-        baseline: whether it is only a baseline.
+        index: index among the models of a sweep, or among its baselines.
+        baseline: whether it is a baseline.
     """
     place, turn = index % LOOKS, index // LOOKS
     dashes = DASHES[(place + turn) % len(DASHES)]
@@ -112,7 +110,7 @@ def look(index: int, *, baseline: bool = False) -> Look:
 
 
 def label_colour(place: int) -> str:
-    """Return the colour of the label with this index."""
+    """Return the colour of the label with this index among the labels of a kind."""
     if place < len(LABELS):
         return LABELS[place]
     rgb = hls_to_rgb(place * TURN % 360 / 360, 0.55, 0.65)

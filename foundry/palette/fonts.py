@@ -1,4 +1,4 @@
-"""Fonts of this machine for letters that the usual font lacks."""
+"""Finds fonts on this machine for letters that the usual font lacks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.font_manager import FontManager
 
 USUAL_FONT = "DejaVu Sans"
-"""A font that comes with matplotlib, so that every machine has it."""
+"""The font of plots and pictures, which matplotlib installs."""
 
 FALLBACK_FONTS = (
     "Noto Sans CJK JP",
@@ -22,7 +22,7 @@ FALLBACK_FONTS = (
     "IPAexGothic",
     "Noto Serif CJK JP",
 )
-"""Fonts for letters that the usual font lacks, mainly Japanese; foundry uses those that are installed."""
+"""Fonts for letters that the usual font lacks, mainly Japanese; those that are installed are used."""
 
 
 @lru_cache(maxsize=1)
@@ -36,8 +36,8 @@ def families() -> tuple[str, ...]:
 def fallback_fonts(manager: FontManager) -> tuple[str, ...]:
     """Return the installed fallback fonts.
 
-    matplotlib caches a list of fonts on its first use. If the list contains no fallback font, later installed fonts are
-    added to this manager only; the cached list stays unchanged.
+    matplotlib caches its list of fonts. If the list contains no fallback font, add fonts that were installed later to
+    this manager, but not to the cached list.
     """
     from matplotlib.font_manager import findSystemFonts
 
@@ -56,7 +56,7 @@ def _known_fallbacks(manager: FontManager) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1)
 def letters_by_file() -> Mapping[str, Set[str]]:
-    """Return the letters of each of `families`, by the font's file."""
+    """Return the letters of each font in `families()`, by the font's file."""
     from matplotlib.font_manager import findfont
     from matplotlib.ft2font import FT2Font
 
@@ -65,5 +65,5 @@ def letters_by_file() -> Mapping[str, Set[str]]:
 
 
 def lacking(text: str, letters: Set[str]) -> set[str]:
-    """Return the visible letters of a text that are not in the given set."""
+    """Return the visible letters of a text that are not in a set of letters."""
     return {letter for letter in text if letter.isprintable() and not letter.isspace()} - letters

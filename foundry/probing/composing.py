@@ -1,4 +1,4 @@
-"""Composes a probe of recorded sweeps and a command line: models, prompts and edits in the same moments."""
+"""Composes a probe from recorded sweeps and a command line: which models, prompts and edits are asked where."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,7 +29,7 @@ from foundry.worlds.probe.quantities import check_path, moves_of, split
 OWN = {"edit": NONE, "sweep_over": "", "repeats": "10", "moments": "300", "moments_seed": "0", "window": "5"}
 """The settings that only a probe has, with their defaults."""
 _KEPT = ("world", "layout", "scene", "task", "seed")
-"""Settings that the recorded moments determine, so that overrides must not change them."""
+"""Settings that the recorded moments determine, so that a probe must not override them."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class Probe:
     """A probe that is ready to run.
 
     Attributes:
-        composed: its conditions and settings.
-        moments: the content of `moments.json`.
-        past: the questions and answers of each run that are needed.
-        asked: text with the number of moments and runs, and the maximum number of calls.
+        composed: conditions and settings.
+        moments: content of `moments.json`.
+        past: recorded calls of each run with moments, up to its last moment.
+        asked: text that states the number of moments, runs and calls.
     """
 
     composed: Composed
@@ -53,15 +53,13 @@ class Probe:
         folder.write_moments(self.moments, {run: past.calls for run, past in self.past.items()})
 
     def placed(self, scratch: Path, sweep: Sweep) -> Sweep:
-        """Write the moments into an empty folder; return the probe's sweep, which uses them."""
+        """Write the moments into an empty folder; return a sweep that reads them there."""
         self.keep(SweepFolder(scratch, sweep, {}, []))
         return with_moments(sweep, scratch)
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """The settings that only a probe has."""
-
     edits: tuple[str, ...]
     moves: tuple[str, ...]
     moments: str
@@ -83,7 +81,7 @@ class _Asked:
 
 
 def _with_none(override: str) -> str:
-    """Return the override of formats, with the original prompt added for comparison."""
+    """Add the unchanged prompt to an override of `format`, because formats are compared with it."""
     key, _, value = override.partition("=")
     names = [name.strip() for name in value.strip("[]").split(",")]
     return override if key != FORMAT or NONE in names else f"{key}={','.join([NONE, *names])}"
@@ -101,7 +99,7 @@ def _check_moves(names: Sequence[str], scenario: Scenario, moments: Iterable[Mom
 
 def _number(key: str, text: str, least: int) -> int:
     if not text.isdecimal() or int(text) < least:
-        raise InputError(f"{key}={text} is not a valid number of {key}. Give a whole number from {least}.")
+        raise InputError(f"{key} must be a whole number from {least}; got {text!r}.")
     return int(text)
 
 
@@ -111,15 +109,15 @@ def compose_probe(
     """Compose a probe of the moments of recorded sweeps.
 
     Args:
-        sweeps: at least one; all must have the same world.
-        arguments: overrides of `foundry`, and `edit=`, `repeats=`, `moments=`, `moments_seed=`, `window=`.
+        sweeps: one or more sweeps of the same world.
+        arguments: overrides as for a sweep, and the settings in `OWN`, such as `edit=`.
         defaults: the user's defaults.
 
     Returns:
-        The probe, or None if Hydra answered one of its own flags.
+        The probe, or None if the command line contained a flag that Hydra answers itself.
 
     Raises:
-        InputError: there are no such moments, or a setting is invalid.
+        InputError: a setting is invalid, or there are no moments.
     """
     asked = _Asked.of(arguments)
     overrides = [_with_none(argument) for argument in arguments if argument.partition("=")[0] not in OWN]
@@ -158,12 +156,12 @@ def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int
     told = any("sampling" in one.config["world"] for one in conditions)
     return (
         f"{counted(moments, 'moment')} of {counted(runs, 'run')}, {asked}: at most {calls}, "
-        f"fewer where an edit changes nothing{', one where probabilities stand for all repeats' if told else ''}"
+        f"fewer where an edit changes nothing{', one where probabilities replace all repeats' if told else ''}"
     )
 
 
 def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
-    """Return the complete runs; moments of a failed run would not represent a whole run."""
+    """Return the complete runs, because moments of a failed run would not represent a whole run."""
     runs = {run.id: run for sweep in sweeps for run in sweep.runs()}
     complete = [run for run in runs.values() if run.is_complete]
     if not complete:
@@ -172,14 +170,14 @@ def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
 
 
 def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]:
-    """Return the configuration to which the overrides apply.
+    """Return the recorded configuration to which the overrides apply.
 
     Raises:
-        InputError: an override would change the moments, or the runs differ in a setting that must be equal.
+        InputError: an override would change the moments, or the runs differ in a setting that no override sets.
     """
     for key in sorted(given):
         if key.partition(".")[0] in _KEPT:
-            raise InputError(f"A probe uses recorded moments, which {key}= would change. Leave it out.")
+            raise InputError(f"A probe asks in recorded moments, which {key}= would change. Leave it out.")
     configs = [run.config() for run in runs]
     if runs[0].declared.form == ProbeScenario.form:
         raise InputError("This sweep is itself a probe. Name the sweep of its moments.")
@@ -194,19 +192,19 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
 
 
 def _several(key: str, recorded: Sequence[Any]) -> InputError:
-    """Return an error for runs that differ in a setting that can have only one value in a probe."""
+    """Return the error for runs that differ in a setting of which a probe needs one value."""
     names = list(dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded))
     formats = list(dict.fromkeys(format_of(one) for one in recorded)) if key == "prompt" else []
     if len(names) == 1 and len(formats) > 1:
         key, names = FORMAT, formats
     elif len(names) == 1:
         names = [_unlike(names[0], recorded[0], recorded[1])]
-    hint = "probe the sweep of one world" if key == "world" else f"choose with {key}="
-    return InputError(f"The recorded runs have several {key.replace('_', ' ')}s ({', '.join(names)}): {hint}")
+    hint = "name a sweep with only one world" if key == "world" else f"choose one with {key}="
+    return InputError(f"The recorded runs have several {key.replace('_', ' ')}s ({', '.join(names)}): {hint}.")
 
 
 def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    """Return the name that two different parts share, and the first setting in which they differ."""
+    """Describe two different parts with the same name by the first setting in which they differ."""
     found = first_difference(without_servers(first), without_servers(second))
     if found is None:
         return name
@@ -242,7 +240,7 @@ def _condition(
 
 
 def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the setting that makes a probe ask once if probabilities suffice; empty if a model reports none."""
+    """Return the setting with which a probe asks only once if probabilities suffice; empty if the model has none."""
     options = {**(model.get("options") or {}), **(model.get("extra") or {})}
     named = {key: options[key] for key in ("temperature", *OPEN, *NEUTRAL) if options.get(key) is not None}
     return {"sampling": named} if model.get("logprobs") and Sampling.of(named) else {}
@@ -250,11 +248,11 @@ def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Planned:
-    """The questions of an edit.
+    """The number of questions with an edit.
 
     Attributes:
-        moments: number of moments that it changes.
-        conditions: number of models, prompts and formats that answer in them.
+        moments: number of moments that the edit changes.
+        conditions: number of combinations of model, prompt and format that are asked in them.
     """
 
     edit: str
@@ -271,7 +269,7 @@ def planned(probe: Probe, scratch: Path) -> Sequence[Planned]:
         scratch: an empty folder.
 
     Raises:
-        RecordError: its moments cannot be rebuilt.
+        RecordError: the questions of its moments cannot be rebuilt.
     """
     sweep = probe.placed(scratch, expand(probe.composed.asked, probe.composed.conditions))
     by_edit: dict[str, list[Condition]] = {}

@@ -1,4 +1,4 @@
-"""Draws moments from recorded runs, or reuses an earlier probe's moments."""
+"""Draws the moments of a probe from recorded runs, or takes those of an earlier probe."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,24 +9,34 @@ import msgspec
 from numpy.random import Generator
 
 from foundry import seeding
-from foundry.errors import InputError, RecordError, not_found
-from foundry.records import NOT_JSON, Call
+from foundry.errors import InputError, not_found
+from foundry.records import Call
 from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario
-from foundry.worlds.probe.moments import Moment, Moments, Said, Source, Strata, asked_in, by_run, digest_of
+from foundry.worlds.probe.moments import (
+    Moment,
+    Moments,
+    Said,
+    Source,
+    Strata,
+    asked_in,
+    by_run,
+    digest_of,
+    moments_in,
+)
 
 _Stratum: TypeAlias = tuple[Any, ...]
-"""The kind of a question, followed by its strata as pairs."""
+"""The kind of a question, and its strata as pairs of name and value."""
 _Item = TypeVar("_Item")
 
 
 @dataclass(frozen=True)
 class Past:
-    """The questions and answers of a run.
+    """The recorded calls of a run.
 
     Attributes:
-        calls: its calls in order, without prompts and details of the transport.
+        calls: the calls in order, without prompts and details about servers.
     """
 
     seed: int
@@ -50,7 +60,7 @@ class Past:
         return digest_of(self.said())
 
     def moments(self, run: str) -> Iterator[Moment]:
-        """Yield every question as a moment."""
+        """Yield a moment for each question."""
         for (place, again), _ in numbered(self.calls, place_of):
             yield Moment(run, *place, again)
 
@@ -62,7 +72,7 @@ def _bare(call: Call) -> Call:
 
 
 def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, Strata]:
-    """Return the strata of every moment; empty, without playing a run, if the world defines none.
+    """Return the strata of every moment, for which runs are replayed; empty if the world defines none.
 
     Raises:
         RecordError: the world no longer asks the recorded questions.
@@ -79,18 +89,18 @@ def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, 
 def drawn(
     recorded: Mapping[str, Past], count: int, seed: int, window: int, strata: Mapping[Moment, Strata]
 ) -> list[Moment]:
-    """Return `count` moments, or all if there are fewer.
+    """Draw `count` moments, or return all if there are fewer.
 
-    Moments are spread evenly over the runs; within a run over the strata (kind of question, and the world's strata);
-    and within a stratum over the windows.
+    Moments are spread evenly over the runs, within a run over the strata, and within a stratum over the windows. A
+    stratum is a kind of question with certain values of the world's own strata.
 
     Args:
         recorded: the runs by id.
         count: number of moments.
         seed: seed of the draw.
-        window: number of steps in which an agent gives at most one moment, since its next questions are similar; 0 for
-            no limit.
-        strata: the world's strata of the moments.
+        window: number of steps from which an agent gives at most one moment, since its next questions are similar; 0
+            for no limit.
+        strata: the world's own strata of each moment.
     """
     rng = seeding.stream(seed, "moments")
     queues = [_evenly(_of_run(rng, past.moments(run), window, strata), rng) for run, past in sorted(recorded.items())]
@@ -101,7 +111,7 @@ def drawn(
 def _of_run(
     rng: Generator, moments: Iterable[Moment], window: int, strata: Mapping[Moment, Strata]
 ) -> dict[_Stratum, dict[int, list[Moment]]]:
-    """Return one moment per agent and window, by stratum and window. First its kind is drawn, then its stratum."""
+    """Draw one moment per agent and window: first its kind, then its stratum; return them by stratum and window."""
     near: dict[Any, dict[str, dict[_Stratum, list[Moment]]]] = {}
     for moment in moments:
         kinds = near.setdefault((moment.agent, (moment.step - 1) // window) if window else moment, {})
@@ -121,19 +131,19 @@ def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
 
 
 def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
-    """Yield moments from the strata in turn, and within each stratum from the windows in turn."""
+    """Yield a moment from each stratum in turn; within a stratum, one from each window in turn."""
     queues = [_in_turns(list(strata[one].values()), rng) for one in sorted(strata)]
     return _round_robin([queues[place] for place in rng.permutation(len(queues))])
 
 
 def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield moments from the groups in turn, each group in a random order."""
+    """Yield a moment from each group in turn, with the moments of a group in random order."""
     shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 
 
 def _round_robin(queues: Iterable[Iterator[Moment]]) -> Iterator[Moment]:
-    """Yield the first item of each queue, then the next of each, until all are empty."""
+    """Yield one item from each queue in turn, until all are empty."""
     left = list(queues)
     while left:
         still = []
@@ -145,31 +155,29 @@ def _round_robin(queues: Iterable[Iterator[Moment]]) -> Iterator[Moment]:
 
 
 def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
-    """Return the moments in an earlier probe's file.
+    """Read the moments of an earlier probe from its `moments.json`.
 
     Raises:
-        InputError: the file cannot be read, or belongs to other runs.
+        InputError: the file does not exist, or belongs to other runs.
+        RecordError: the file cannot be read.
     """
-    try:
-        found = msgspec.json.decode(file.read_bytes(), type=Moments)
-    except OSError as error:
-        raise InputError(f"moments={file} cannot be read. Give a number, or the moments.json of a probe.") from error
-    except NOT_JSON as error:
-        raise RecordError(f"{file} cannot be read: {error}") from error
+    if not file.is_file():
+        raise InputError(f"moments={file} is not a file. Give a number, or the moments.json of a probe.")
+    found = moments_in(file)
     if not found.moments:
-        raise InputError(f"moments={file} lists no moment.")
+        raise InputError(f"moments={file} lists no moment. Give a number, or the moments.json of a probe.")
     for run in by_run(found.moments):
         if run not in recorded:
             raise not_found("Run", run, recorded, f"{file} lists moments of this run.")
     if kept_of(found.moments, recorded)[0].runs != found.runs or list(found.moments) != sorted(set(found.moments)):
-        raise InputError(f"moments={file} belongs to runs with other answers. Give the sweep that it was drawn from.")
+        raise InputError(f"moments={file} belongs to runs with other answers. Name the sweep that it was drawn from.")
     return found
 
 
 def kept_of(
     moments: Sequence[Moment], recorded: Mapping[str, Past], strata: Sequence[Strata] = ()
 ) -> tuple[Moments, dict[str, Past]]:
-    """Return the moments to store, and the needed past of each run."""
+    """Return the moments as stored, and the calls of each run up to its last moment."""
     last = {run: max(moment.step for moment in mine) for run, mine in by_run(moments).items()}
     past = {run: recorded[run].up_to(step) for run, step in sorted(last.items())}
     runs = {run: Source(seed=one.seed, sha256=one.digest()) for run, one in past.items()}

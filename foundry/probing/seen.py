@@ -1,4 +1,4 @@
-"""The moments of a recorded probe for display: perception, prompts and answers."""
+"""Reads a recorded probe for display, moment by moment: what agents perceive, prompts and answers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,22 +8,22 @@ from typing import Any, cast
 import msgspec
 
 from foundry.composing.preflight import scenario_of
-from foundry.errors import FoundryError, InputError, RecordError, not_found
+from foundry.errors import FoundryError, InputError, not_found
 from foundry.naming import NO_FORMAT, Subject, format_of, names_of
-from foundry.records import NOT_JSON, Call, choice_of
+from foundry.records import Call, choice_of
 from foundry.storing.matching import with_calls
 from foundry.storing.probed import Choices, choices_in
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.trust.unknown import check_targets
 from foundry.worlds.probe.editing import NONE
-from foundry.worlds.probe.moments import Moment, Moments
+from foundry.worlds.probe.moments import Moment, Moments, moments_in
 from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 
 
 class Answered(msgspec.Struct, frozen=True):
-    """The answers of one model in a moment: indices into the probe's lists, and the count of each choice.
+    """The choices of one model in a moment; `model`, `edit` and `format` are indices into the lists of `Overview`.
 
-    If the probabilities of one reply replace the repeats, the counts add up to `foundry.storing.probed.ANSWERS`.
+    Counts from the probabilities of one reply add up to `foundry.storing.probed.ANSWERS`.
     """
 
     model: int
@@ -33,7 +33,7 @@ class Answered(msgspec.Struct, frozen=True):
 
 
 class Row(msgspec.Struct, frozen=True):
-    """A moment: its origin, its strata and its answers."""
+    """A moment: the recorded question, its strata and the choices in it."""
 
     run: str
     seed: int
@@ -46,7 +46,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 class EditSeen(msgspec.Struct, frozen=True):
-    """An edit: its name, the expected response, and the expected action for each action."""
+    """An edit: its name, its kind (`leaves`), and the expected action for each action."""
 
     name: str
     leaves: str
@@ -54,14 +54,14 @@ class EditSeen(msgspec.Struct, frozen=True):
 
 
 class Overview(msgspec.Struct, frozen=True):
-    """The questions of a probe, and every moment.
+    """A probe as a list of moments.
 
     Attributes:
         models: names of the models in its tables, in the order of its runs.
-        edits: the edits, `none` first.
-        formats: the formats of prompts, `none` first.
+        edits: the edits; `none` is first.
+        formats: names of the formats; `none` is first.
         moments: the moments, in the order of `moments.json`.
-        missing: number of incomplete runs, which are not counted.
+        missing: number of incomplete runs, whose answers are left out.
     """
 
     models: list[str]
@@ -72,7 +72,7 @@ class Overview(msgspec.Struct, frozen=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """An answer: the choice, and the raw reply; null if the log does not contain it."""
+    """An answer: the choice, and the text of the reply, which is null if the log of calls lacks it."""
 
     choice: str
     text: str | None
@@ -84,8 +84,8 @@ class Replies(msgspec.Struct, frozen=True):
     """A model's answers under one edit and format.
 
     Attributes:
-        prompt: an index into the list of prompts.
-        expected: the share of each choice, if the probabilities of one reply replace the repeats; else empty.
+        prompt: index into `Seen.prompts`.
+        expected: share of each choice, if it comes from the probabilities of one reply; else empty.
     """
 
     model: int
@@ -97,7 +97,7 @@ class Replies(msgspec.Struct, frozen=True):
 
 
 class Perceived(msgspec.Struct, frozen=True):
-    """The agent's perception under an edit, and its number of images."""
+    """What the agent perceives under an edit, and the number of images."""
 
     edit: int
     observation: dict[str, Any]
@@ -108,10 +108,11 @@ class Seen(msgspec.Struct, frozen=True):
     """One moment in full.
 
     Attributes:
-        form: form of the world; "" if the world cannot be rebuilt.
-        perceived: perception by edit; empty if the world cannot be rebuilt.
-        why: reason why the world cannot be rebuilt, or "".
-        answers: the answers by model, edit and format.
+        form: form of the world's records; "" if the world cannot be built.
+        perceived: what the agent perceives under each edit; empty if the world cannot be built.
+        why: reason why the world cannot be built, or "".
+        prompts: messages of each different prompt.
+        answers: answers by model, edit and format.
     """
 
     form: str
@@ -123,8 +124,6 @@ class Seen(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class _Run:
-    """A run of the probe: its model, edit and format."""
-
     folder: RunFolder
     subject: Subject
     edit: str
@@ -132,16 +131,17 @@ class _Run:
 
     @property
     def key(self) -> str:
-        """A key that changes when the run is restarted."""
+        """A text that changes if the run is played again."""
         return self.folder.id + self.folder.beginning
 
 
 @dataclass
 class SeenProbe:
-    """A recorded probe; data of complete runs are cached.
+    """Reads a recorded probe, and caches data of complete runs.
 
     Args:
-        trusted: further packages from which its world's classes may come.
+        folder: the probe.
+        trusted: further packages whose classes the probe may build.
     """
 
     folder: SweepFolder
@@ -158,10 +158,7 @@ class SeenProbe:
         Raises:
             RecordError: the moments cannot be read.
         """
-        try:
-            return msgspec.json.decode(self.folder.moments_file.read_bytes(), type=Moments)
-        except (OSError, *NOT_JSON) as error:
-            raise RecordError(f"{self.folder.moments_file} cannot be read: {error}") from error
+        return moments_in(self.folder.moments_file)
 
     @cached_property
     def _runs(self) -> list[_Run]:
@@ -169,23 +166,23 @@ class SeenProbe:
 
     @cached_property
     def models(self) -> dict[Subject, str]:
-        """The name of each subject, in the order of the runs."""
+        """The name of each subject (a model with its prompt), in the order of the runs."""
         names = names_of(one.subject for one in self._runs)
         return {one.subject: names[one.subject] for one in self._runs}
 
     @cached_property
     def edits(self) -> list[EditSeen]:
-        """The edits in their order, with `none` first."""
+        """The edits; `none` is first."""
         edits = [msgspec.convert(run.folder.config()["world"]["edit"], EditSeen) for run in self._runs]
         return sorted({edit.name: edit for edit in edits}.values(), key=lambda edit: edit.name != NONE)
 
     @cached_property
     def formats(self) -> list[str]:
-        """The formats of prompts, the original first."""
+        """The names of the formats; `none` is first."""
         return sorted({run.format for run in self._runs}, key=lambda one: (one != NO_FORMAT, one))
 
     def overview(self) -> Overview:
-        """Return the questions, and every moment with its answers.
+        """Return all moments with the choices in them.
 
         Raises:
             RecordError: a recorded file is damaged.
@@ -216,7 +213,7 @@ class SeenProbe:
 
         Args:
             number: its index in the list of moments.
-            plain: whether to leave out edits and formats.
+            plain: whether to show only the unedited question and the unchanged prompt.
 
         Raises:
             InputError: there is no moment with this number.
@@ -235,11 +232,11 @@ class SeenProbe:
         return Seen(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return an image of a moment under an edit, PNG or JPEG; if it has no images, a picture of the world's state.
+        """Return an image that the agent sees under an edit; without images, a picture of the world's state.
 
         Raises:
-            InputError: there is no such image, or the world may not be rebuilt.
-            RecordError: the moment cannot be rebuilt.
+            InputError: there is no such image, or the world must not be built, because its code is not trusted.
+            RecordError: the question of the moment cannot be rebuilt.
         """
         moment = self.moment(number)
         if edit >= len(self.edits):
@@ -251,18 +248,18 @@ class SeenProbe:
         if not question.images:
             return scenario.drawn_at(moment)
         if image >= len(question.images):
-            raise InputError(f"Moment {number} has {len(question.images)} images: there is no image {image}.")
+            raise InputError(f"Moment {number} has {len(question.images)} images, from 0: there is no image {image}.")
         return question.images[image]
 
     def moment(self, number: int) -> Moment:
-        """Return the moment at an index in the list of moments.
+        """Return the moment with this index.
 
         Raises:
             InputError: there is no such moment.
             RecordError: the moments cannot be read.
         """
         if number >= len(self.moments.moments):
-            raise InputError(f"There is no moment {number}: the last is {len(self.moments.moments) - 1}.")
+            raise InputError(f"There is no moment {number}: give a number from 0 to {len(self.moments.moments) - 1}.")
         return self.moments.moments[number]
 
     def _place(self, run: _Run) -> tuple[int, int, int]:
@@ -270,7 +267,7 @@ class SeenProbe:
         return list(self.models).index(run.subject), edits.index(run.edit), self.formats.index(run.format)
 
     def _asking(self, moment: Moment) -> list[_Run]:
-        """Return the complete runs with a moment's seed."""
+        """Return the complete runs that may ask a moment, because they have its seed."""
         seed = self.moments.runs[moment.run].seed
         return [run for run in self._runs if run.folder.run.seed == seed and run.folder.is_complete]
 
@@ -280,7 +277,7 @@ class SeenProbe:
         return self._counted[run.key]
 
     def _calls(self, run: _Run) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
-        """Return the decisions of a run with their calls, by moment; the latest seed is cached."""
+        """Return the decisions of a run with their calls, by moment; runs with the latest seed are cached."""
         if self._seed != run.folder.run.seed:
             self._seed = run.folder.run.seed
             self._read.clear()
@@ -336,7 +333,7 @@ def _choice(run: _Run, line: ProbeStep) -> str:
 
 
 def _with_calls(folder: RunFolder) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
-    """Return the decisions of a run with their calls, by moment, matched in order."""
+    """Read the decisions of a run, and match each with its call; return them by moment."""
     lines = lines_of(folder.steps_bytes(), ProbeStep, folder.stream_path("steps"))
     placed = (((line.step, line.agent, line.kind), line) for line in lines)
     found: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}

@@ -18,7 +18,7 @@ class SittingRunner(LocalRunner):
     """Runs the missing runs of a sweep while people answer questions at a desk.
 
     Attributes:
-        session: prefix of its worker's name; it is known before the page that can end the session exists.
+        session: beginning of its worker's name.
     """
 
     def __init__(self, desk: Desk, *, together: bool) -> None:
@@ -26,8 +26,8 @@ class SittingRunner(LocalRunner):
 
         Args:
             desk: the desk at which questions wait for people.
-            together: whether the questions of all runs may wait at once, as in a probe. Otherwise one run is played
-                after another, round by round.
+            together: whether questions of several runs may wait at once, as in a probe; else one run is played after
+                another.
         """
         super().__init__(workers=1, ahead=False)
         self.session = new_session()
@@ -35,7 +35,7 @@ class SittingRunner(LocalRunner):
         self._at_once = MOST_OPEN if together else 1
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
-        """Return the settings of the only worker."""
+        """Return the settings of the only worker, with the number of runs that it plays at once."""
         return replace(super().spec(job, runs, number), open_runs=self._at_once)
 
     def run(self, job: SweepJob) -> None:
@@ -50,14 +50,14 @@ class SittingRunner(LocalRunner):
 
 
 def people_in(sweep: Sweep) -> list[str]:
-    """Return the names of the people among a sweep's models, including members of populations."""
+    """Return the names of people among a sweep's models and members of populations."""
     configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
     models = (member for config in configs.values() for member in members_of(build(config)))
     return list(dict.fromkeys(model.name for model in models if isinstance(model, HumanModel)))
 
 
 def people_to_ask(sweep: Sweep) -> list[str]:
-    """Return the names of the people among a sweep's models.
+    """Return the names of people as `people_in` does, but at least one.
 
     Raises:
         InputError: there are none.
@@ -65,14 +65,14 @@ def people_to_ask(sweep: Sweep) -> list[str]:
     names = people_in(sweep)
     if not names:
         raise InputError(
-            "No person takes part. Name one among the models, model=human/<name> or "
-            "model=mix/human/<name>@0+<model>@1-9, or leave out 'play'."
+            "No person takes part. Name one among the models, as in model=human/<name> or "
+            "model=mix/human/<name>@0+<model>@1-9, or use foundry without 'play'."
         )
     return names
 
 
 def how_far(folder: SweepFolder) -> Callable[[], float]:
-    """Return a function that returns a sweep's progress, 0..1, as a share of its maximum number of calls."""
+    """Return a function that returns which share (0..1) of a sweep's maximum number of calls is done."""
     progress = SweepProgress(folder)
 
     def share() -> float:

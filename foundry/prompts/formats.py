@@ -1,9 +1,9 @@
 """Formats of prompts: they change headings, labels, lists, words and the order of sections, but not the content.
 
-A space of formats names the options of each feature; a format has one option of each feature (FormatSpread, Sclar et
-al. 2024, arXiv 2310.11324). Marks in the source of a template show the parts that may change: headings, labels, lists
-and phrases. The marks are set before any observation is filled in. So messages of agents are never formatted, and the
-requested form of the reply does not change.
+A space of formats lists options for each feature; a format chooses one option per feature (FormatSpread, Sclar et al.
+2024, arXiv 2310.11324). Marks in the source of a template enclose the parts that may change, such as headings. foundry
+sets these marks before it fills in an observation. So it never formats messages of agents, nor the requested form of
+the reply.
 """
 
 import json
@@ -38,11 +38,11 @@ FEATURES: Mapping[str, Any] = {
     "structure": "lines",
     "wording": {},
 }
-"""The features of a format, with their defaults."""
+"""The features of a format, with the options that leave a prompt unchanged."""
 _MOST = 1_000_000
 """Maximum number of formats in a space."""
 _HEADING, _TITLE, _LABEL, _VALUE, _ITEM, _POINT, _END, _REPLY = (chr(0xF8F0 + number) for number in range(8))
-"""Marks in a template: characters from the private use area of Unicode."""
+"""Marks in a template: characters that Unicode reserves for private use."""
 _MARKS = re.compile(f"[{_HEADING}-{_REPLY}]")
 _TAG = re.compile(r"(\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\})", re.DOTALL)
 _SHAPE = re.compile(r"(^[ \t]*\{[ \t]*\n.*?^[ \t]*\}[ \t]*$)", re.DOTALL | re.MULTILINE)
@@ -69,9 +69,9 @@ class Format:
     """One format of a space.
 
     Attributes:
-        name: space and index of the format.
+        name: name of the format, such as `spread/3`.
         chosen: option of each feature.
-        draw: index of the format, which also determines the order of shuffled sections.
+        draw: index of the format in its space, which also determines the order of shuffled sections.
     """
 
     name: str
@@ -80,17 +80,17 @@ class Format:
 
     @classmethod
     def of(cls, space: Mapping[str, Any]) -> "Format":
-        """Return the format of a space with the index `draw`.
+        """Return the format that `draw` chooses from a space.
 
         Args:
-            space: has `name`, `options` by feature, and `draw`, the index among all formats in random order.
+            space: `name`; `options`, a list per feature; and `draw`, an index into all formats in random order.
 
         Raises:
-            InputError: the space has an unknown feature or option, or `draw` is too large.
+            InputError: a feature or an option is unknown, or `draw` is too large.
         """
         name, options, draw = space.get("name"), space.get("options"), space.get("draw")
         if not isinstance(options, Mapping) or not options:
-            raise InputError(f"Format '{name}': its file needs 'options: ...', with a list for each feature.")
+            raise InputError(f"Format '{name}': its file needs 'options:' with a list for each feature.")
         for feature, listed in options.items():
             _check(str(name), feature, listed)
         if type(draw) is not int:
@@ -106,7 +106,7 @@ class Format:
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Return the source of a template with the words of this format and marks at the parts that may change."""
+        """Replace words in the source of a template, and mark the parts that this format may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
@@ -115,7 +115,7 @@ class Format:
         return "".join(changed)
 
     def laid_out(self, text: str) -> str:
-        """Return the text of a filled template in this format, without its marks."""
+        """Format the text of a filled template, and remove the marks."""
         return _MARKS.sub("", self._in_order(text))
 
     def _reworded(self, part: str) -> str:
@@ -125,7 +125,7 @@ class Format:
         return "".join(words)
 
     def _in_order(self, text: str) -> str:
-        """Return the text with its sections formatted and in order; text before the first section stays first."""
+        """Format the text, and reorder its sections; text before the first section stays first."""
         first, *sections = re.split(f"(?m)^(?={_HEADING})", text)
         last = next((number for number, one in enumerate(sections) if _REPLY in one), len(sections) - 1)
         free = [number for number in range(len(sections)) if number != last]
@@ -143,7 +143,7 @@ class Format:
         return [one for _, one in sorted(zip(drawn, sections, strict=True))]
 
     def _written(self, text: str) -> str:
-        """Return marked text with its headings, labels and lists in this format."""
+        """Format the headings, labels and lists of a marked text."""
         found = list(_MARKED.finditer(text))
         pieces, end = [], 0
         for run in _runs(found, text):
@@ -153,7 +153,6 @@ class Format:
         return "".join([*pieces, text[end:]])
 
     def _run(self, run: Sequence[re.Match[str]], text: str) -> str:
-        """Return a heading, consecutive labels, or consecutive items, formatted."""
         cased = CASES[self.chosen["case"]]
         if run[0]["mark"] in (_HEADING, _TITLE):
             return str(self.chosen["heading"].format(cased(run[0]["text"])))
@@ -168,7 +167,7 @@ class Format:
 
 
 def unmarked(value: Any) -> Any:
-    """Return a filled-in value without characters that are marks of a template."""
+    """Remove characters that are marks from a value that is filled in."""
     return _MARKS.sub("", value) if isinstance(value, str) else value
 
 
@@ -191,7 +190,7 @@ def _line_marked(line: str) -> str:
 
 
 def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield each heading alone; yield labels, or items, together if only a line break is between them."""
+    """Yield each heading alone, and labels or items in groups with only blanks between their members."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in found:
@@ -208,7 +207,7 @@ def _kind(one: re.Match[str]) -> str:
 
 
 def _joined(written: Sequence[str], run: Sequence[re.Match[str]], text: str) -> str:
-    """Return the formatted text of consecutive parts, with the text between them."""
+    """Join formatted parts with the text that is between them."""
     between = [text[one.end() : other.start()] for one, other in zip(run, run[1:], strict=False)]
     return "".join(part for pair in zip(written, [*between, ""], strict=True) for part in pair)
 
@@ -218,17 +217,17 @@ def _check(name: str, feature: str, listed: Any) -> None:
     if feature not in FEATURES:
         raise not_found(f"{where}: feature", feature, FEATURES)
     if not isinstance(listed, Sequence) or isinstance(listed, str) or not listed:
-        raise InputError(f"{where}: {feature} is not a list of options: write {feature}: [...].")
+        raise InputError(f"{where}: {feature} must be a list of options: write {feature}: [...].")
     known = {"case": CASES, "order": ORDERS, "structure": STRUCTURES}.get(feature)
     for option in listed:
         if known is not None and option not in known:
             raise not_found(f"{where}: option of {feature}", str(option), known)
         if feature == "heading" and (not isinstance(option, str) or option.count("{}") != 1 or option.count("{") > 1):
-            raise InputError(f"{where}: heading '{option}' needs one {{}} for the text of the heading.")
+            raise InputError(f"{where}: heading '{option}' must contain {{}} once, for the text of the heading.")
         if feature in ("separator", "item") and not isinstance(option, str):
-            raise InputError(f"{where}: {feature} '{option}' is not a text: put it in quotation marks.")
+            raise InputError(f"{where}: {feature} '{option}' must be a text: put it in quotation marks.")
         if feature == "wording" and not _are_phrases(option):
-            raise InputError(f"{where}: wording {option} must map phrases to other words, each in one line.")
+            raise InputError(f"{where}: wording {option} must map phrases to other phrases, without line breaks.")
 
 
 def _are_phrases(option: Any) -> bool:

@@ -1,4 +1,4 @@
-"""A prompt variant: one sandboxed Jinja2 template per kind of question; unknown names are errors."""
+"""A prompt: one template of Jinja2 per kind of question, in a sandbox where unknown names are errors."""
 
 import difflib
 import re
@@ -29,17 +29,17 @@ RENDER_ERRORS = (
     ValueError,
     OverflowError,
 )
-"""The errors of filling a template: Jinja2's errors, and errors of its expressions."""
+"""Errors that can occur while a template is filled: Jinja2's own, and those of expressions in it."""
 
 _TEMPLATE_FILE = "<template>"
 _QUOTED = re.compile(r"'([^']*)'")
 
 
 class PromptEnvironment(ImmutableSandboxedEnvironment):
-    """Looks up names only among the keys of a dict, so that no method hides a key of the same name."""
+    """Looks up `a.b` among the keys of a dict only, so that no method such as `items` hides a key of its name."""
 
     def getattr(self, obj: Any, attribute: str) -> Any:
-        """Return the entry of a dict, or else the sandbox's attribute."""
+        """Return the value of a key of a dict; for other objects, the attribute that the sandbox allows."""
         if isinstance(obj, dict):
             if attribute in obj:
                 return obj[attribute]
@@ -49,10 +49,9 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 @cache
 def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnvironment:
-    """Return an environment that applies the given function to each filled-in value.
+    """Return an environment that applies a function to each value before it fills it in.
 
-    It adds two filters to Jinja2's: `values`, the values of a dict; `flat(n)`, a text in one line of at most n
-    characters.
+    It adds two filters: `values`, the values of a dict, and `flat(n)`, a text in one line of at most n characters.
     """
     environment = PromptEnvironment(
         undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True, finalize=finalize
@@ -65,7 +64,7 @@ def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnviro
 
 @lru_cache(maxsize=256)
 def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Template:
-    """Return the compiled template of a text; it is cached, since compiling takes milliseconds.
+    """Compile the source of a template; cached, because this takes milliseconds.
 
     Raises:
         TemplateSyntaxError: the text is not a template.
@@ -74,12 +73,12 @@ def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Templ
 
 
 def fill(template: Template, observation: Mapping[str, Any]) -> str:
-    """Return the filled text of a template; the keys of an observation are its names.
+    """Fill a template with an observation, whose keys are the names in the template.
 
-    It works like `Template.render`, but saves the time for merging globals and observation.
+    It works like `Template.render`, but takes less time.
 
     Raises:
-        RENDER_ERRORS: the template cannot be filled; the traceback has the template's own lines.
+        RENDER_ERRORS: the template cannot be filled; the traceback contains lines of the template.
     """
     environment = template.environment
     names = {**environment.globals, **observation}
@@ -94,7 +93,7 @@ def _flat(text: str, length: int) -> str:
 
 
 def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> InputError:
-    """Return a line that describes an error in a template and its place."""
+    """Return an error of one line that says what is wrong in which line of a template."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == _TEMPLATE_FILE]
     message = f"{where}, line {lines[-1] if lines else '?'}: {error}."
@@ -106,14 +105,13 @@ def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> Inp
 
 
 def _names(value: Any) -> set[str]:
-    """Return all keys of nested dicts and lists."""
     if isinstance(value, Mapping):
         return set(value).union(*map(_names, value.values()))
     return set().union(*map(_names, value)) if isinstance(value, list) else set()
 
 
 Source: TypeAlias = str | Sequence[Mapping[str, str]]
-"""One user message, or a list of {role, content}."""
+"""The text of one user message, or a list of messages with `role` and `content`."""
 
 ROLES = ("system", "user", "assistant")
 
@@ -125,19 +123,18 @@ class _Part:
 
 
 class Prompt:
-    """Converts questions to messages."""
+    """Converts questions to messages for a model."""
 
     def __init__(self, name: str, templates: Mapping[str, Source], format: Mapping[str, Any] | None = None) -> None:
         """Compile the templates.
 
         Args:
-            name: name of the variant.
-            templates: Jinja2 source by kind of question; the keys of the observation are its variables, and a final
-                line break is dropped.
-            format: a format of a space, as for `Format.of`; None leaves the prompt unchanged.
+            name: name of the prompt.
+            templates: source of the template for each kind of question; a final line break is dropped.
+            format: the argument of `Format.of`; None leaves the prompt unchanged.
 
         Raises:
-            InputError: a text is not a template, the format does not exist, or it changes nothing in this prompt.
+            InputError: a source is not a template, or the format does not exist.
         """
         self.name = name
         self._format = None if format is None else Format.of(format)
@@ -145,11 +142,11 @@ class Prompt:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of question with a template."""
+        """The kinds of question that have a template."""
         return tuple(self._parts)
 
     def render(self, question: Question) -> tuple[ChatMessage, ...]:
-        """Return the messages for this question, its images with the last user message.
+        """Return the messages for a question; its images belong to the last user message.
 
         Raises:
             InputError: the kind of question has no template, or the template cannot be filled.

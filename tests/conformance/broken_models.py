@@ -108,7 +108,7 @@ BROKEN = [
     (case(OtherKind, {"name": "own"}), "answers the world", "also asks call"),
     (case(Unplain), "says its parameters", "cannot be written as JSON"),
     (case(Restless), "says its parameters", "differ"),
-    (case(Quiet), "tells its settings apart", "different value of odds"),
+    (case(Quiet), "tells its settings apart", "lacks odds"),
     (case(Remembering), "answers the same", "a different reply"),
     (case(Shuffled), "answers the same", "a different reply"),
     (case(Texts), "answers the same", "return a Reply"),

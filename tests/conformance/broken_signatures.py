@@ -105,7 +105,7 @@ BROKEN = [
     (case(module(beyond)), "measures what it describes", "0 to 10"),
     (case(module(text)), "measures what it describes", "return a number"),
     (case(module(more)), "measures what it describes", "not in MEASURES"),
-    (case(module(missing)), "has the same names whatever happened", "return NaN"),
+    (case(module(missing)), "has the same names whatever happened", "as NaN"),
     (case(module(zero)), "says nan for nothing", "is 0"),
     (case(module(mean, MEASURES={"mean": Described("Mean", null=Null(3, ""))})), "comes to its nulls", "Null is 3"),
     (case(module(drifting)), "measures the same twice", "measuring again"),

@@ -62,10 +62,10 @@ BROKEN = {
     "prompt": [
         (prompt({"shout": "?"}), "has every kind", "no template for call"),
         (prompt({"call": "{{ agnet }}"}), "fills every question", "Did you mean 'agent'?"),
-        (prompt({"call": " "}), "fills every question", "without any text"),
+        (prompt({"call": " "}), "fills every question", "an empty user message"),
         (prompt({"call": "{% if agent > 99 %}{{ coin }}{% endif %}"}), "names what is observed", "uses coin"),
-        (prompt(TEMPLATES, Numbered), "is the same every time", "second prompt"),
-        (prompt(TEMPLATES, Blind, SHOWING), "shows the images", "0 are sent"),
+        (prompt(TEMPLATES, Numbered), "is the same every time", "the second time"),
+        (prompt(TEMPLATES, Blind, SHOWING), "shows the images", "the messages contain 0"),
     ],
     "signature": broken_signatures.BROKEN,
 }

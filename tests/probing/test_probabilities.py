@@ -59,7 +59,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ):
             asked = (*ASKED, *OPENLY, *more, "analyze=false", f"output.dir={name}")
             printed = done(*asked, cwd=folder, OPENAI_BASE_URL=server.base_url)
-            assert ("one where probabilities stand for all repeats" in printed) == (name != "repeated")
+            assert ("one where probabilities replace all repeats" in printed) == (name != "repeated")
     return folder
 
 

@@ -133,9 +133,9 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
     ("arguments", "expected"),
     [
         ("model=scripted/stay edit=no_fires", "Did you mean 'no_fire'?"),
-        ("model=scripted/stay repeats=0", "repeats=0 is not a valid number of repeats"),
-        ("model=scripted/stay moments=many", "moments=many cannot be read"),
-        ("model=scripted/stay world.agents=3", "A probe uses recorded moments, which world.agents= would change"),
+        ("model=scripted/stay repeats=0", "repeats must be a whole number from 1; got '0'"),
+        ("model=scripted/stay moments=many", "moments=many is not a file"),
+        ("model=scripted/stay world.agents=3", "A probe asks in recorded moments, which world.agents= would change"),
         ("model=scripted/stay seed=3", "which seed= would change"),
         ("nowhere model=scripted/stay", "'nowhere' does not exist"),
         ("model=scripted/stay sweep_over=fires.0.distnce=1..3", "Did you mean 'fires.0.distance'?"),
@@ -143,7 +143,7 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
         pytest.param("-m model=scripted/stay format=spred/0", "Did you mean 'spread'?", marks=pytest.mark.slow),
         pytest.param("-m model=scripted/stay format=spread", "is a space of formats", marks=pytest.mark.slow),
         ("-m model=scripted/stay format=3-1", "runs backwards"),
-        ("", "The recorded runs have several models (scripted/herd, scripted/avoid): choose with model="),
+        ("", "The recorded runs have several models (scripted/herd, scripted/avoid): choose one with model="),
     ],
 )
 def test_what_cannot_be_probed_is_refused_in_one_line(arguments: str, expected: str, pilot: Path):
@@ -154,7 +154,7 @@ def test_what_cannot_be_probed_is_refused_in_one_line(arguments: str, expected: 
 def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed: Path, tmp_path: Path):
     assert "itself a probe" in refused("probe", str(probed), *TRUSTED, cwd=tmp_path)
     done("model=scripted/stay", *WORLD, "world.agents=3", *QUIET, "output.dir=other", cwd=tmp_path)
-    several = "several worlds (cafe_library with agents 3 and 4): probe the sweep of one world"
+    several = "several worlds (cafe_library with agents 3 and 4): name a sweep with only one world."
     assert several in refused("probe", "other", str(pilot), cwd=tmp_path)
 
 
@@ -194,7 +194,7 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
         ("--family=no_fires", "Did you mean 'no_fire'"),
         ("--only=edit=no_fires", "Did you mean 'no_fire'"),
         ("--without=edits=mirror", "Did you mean 'edit'"),
-        ("--without=seed=0-2", "leaves none of "),
+        ("--without=seed=0-2", "selects none of "),
     ],
 )
 def test_what_a_probe_has_not_is_refused(option: str, expected: str, probed: Path):

@@ -53,11 +53,11 @@ def applies(run: RoundsRun) -> bool:
 def measure(run: RoundsRun) -> dict[str, float]:
     """Return how a crowd uses a bar, over the evenings with counted decisions.
 
-    c is the capacity, a share of all agents; a_t is the share that goes on evening t, among the n_t counted decisions.
+    c is the capacity, a share of all agents. a_t is the share of the n_t counted decisions of evening t that go.
 
     - score: 100 (1 - mean of |a_t - c| / max(c, 1 - c)); 100 when the bar is always just full. Source: GAMABench.
-    - score_of_coins: exact mean score of n_t coin flips, by the binomial. score_over_coins: score - score_of_coins; 0
-      for coin flips. It is above 0 if all agents go with the probability of the mixed equilibrium.
+    - score_of_coins: exact mean score of n_t coin flips (binomial distribution). score_over_coins: score -
+      score_of_coins; 0 for coin flips, above 0 if all agents go with the probability of the mixed equilibrium.
     - share: mean of a_t. crowded: evenings with a_t > c / evenings.
     - volatility: mean over the evenings of (sum of the agents' deviations)^2 / agents. An agent's deviation is 1 if it
       goes, 0 if it stays, minus its own mean. If all decisions count, volatility is the variance of the attendance / N.
@@ -103,7 +103,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 @lru_cache(maxsize=1024)
 def coins_off(agents: int, capacity: float) -> float:
-    """Return the mean distance between the capacity and the share of heads among n coin flips."""
+    """Return the mean distance between the capacity and the share of heads among as many coin flips as agents."""
     heads = np.arange(agents + 1)
     chances = np.array([math.comb(agents, int(count)) / 2**agents for count in heads])
     return float(chances @ np.abs(heads / agents - capacity))
@@ -114,7 +114,7 @@ def _score(distances: FloatArray, capacity: float) -> float:
 
 
 def _alternation(crowded: FloatArray) -> float:
-    """Return how often flags (T,) change between neighbours, beyond the mean over all orders."""
+    """Return the share of successive pairs of flags, (T,), that differ, minus its mean over all orders."""
     number, full = len(crowded), float(crowded.sum())
     turns = float((crowded[1:] != crowded[:-1]).sum())
     return ratio(turns, number - 1) - ratio(2 * full * (number - full), number * (number - 1.0))

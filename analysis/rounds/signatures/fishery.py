@@ -23,12 +23,12 @@ HEADLINE = ("months", "efficiency", "equality", "over_use")
 
 
 def applies(run: RoundsRun) -> bool:
-    """Return whether the world is a fished stock: it declares the catch and the file of the stock."""
+    """Return whether the world has a stock that agents fish: it declares catches and the file of the stock."""
     return CATCH in run.declared.actions and run.declared.streams.get(STOCK, {}).keys() >= KEYS
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return how the stock and its fishers fared.
+    """Return how long the stock lasts, and what agents catch.
 
     A catch is the amount received, which may be less than the amount wanted. The catches of an outsider are left out.
 

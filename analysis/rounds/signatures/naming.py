@@ -1,4 +1,4 @@
-"""Naming: whether and when agents agree on a name, on which one, and whether a minority overturns the name."""
+"""Naming: whether and when agents agree on a name, on which name, and whether a minority changes it."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -37,12 +37,12 @@ HEADLINE = ("success", "converged", "rounds", "names")
 
 
 def applies(run: RoundsRun) -> bool:
-    """Return whether the world has pairs that meet and say names: it declares names and meetings."""
+    """Return whether pairs of agents meet and say names: the world declares decisions to say and meetings."""
     return SAY in run.declared.actions and run.declared.streams.get(MEETINGS, {}).keys() >= KEYS
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return the results of the meetings, including those of committed agents.
+    """Return the results of all meetings, including those with committed agents.
 
     A consensus is a round in which at least 95 % of the interactions succeed; an unreadable reply names nothing. A
     meeting has two agents, so no measure uses the readable decisions alone.
@@ -86,7 +86,6 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _names(meetings: Sequence[Mapping[str, Any]]) -> Counter[str]:
-    """Return the count of each name."""
     said: Iterable[str | None] = (one[key] for one in meetings for key in ("first_name", "second_name"))
     return Counter(name for name in said if name is not None)
 

@@ -28,7 +28,7 @@ MEASURES = {
 }
 
 _FEWEST_ROUNDS = 10
-"""Minimum number of rounds for `conditional`, since straight lines fitted to few rounds leave a slope by chance."""
+"""Minimum number of rounds for `conditional`. Lines fitted to fewer rounds leave a slope by chance."""
 
 HEADLINE = ("score", "trend", "conditional", "free_riders", "efficiency", "punishing", "antisocial")
 
@@ -39,7 +39,7 @@ def applies(run: RoundsRun) -> bool:
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return how agents give, over their counted contributions c out of h tokens.
+    """Return how agents give, from their counted contributions: c tokens out of h.
 
     - score: 100 (1 - mean of c / h), for agents with tokens; it rewards free riding. Source: GAMABench.
     - contribution: mean of c, tokens.
@@ -83,7 +83,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _trend(shares: FloatArray) -> float:
-    """Return the slope of the mean of shares (T, N) over the rounds with shares."""
+    """Return the slope over the rounds of the mean share in each round; shares are (T, N)."""
     known = ~np.isnan(shares)
     rounds = np.flatnonzero(known.any(axis=1))
     if len(rounds) < 2:
@@ -93,7 +93,7 @@ def _trend(shares: FloatArray) -> float:
 
 
 def _conditional(given: FloatArray, counts: BoolArray) -> float:
-    """Return the slope of contributions (T, N) on the others' mean of the round before, without each agent's line."""
+    """Return the slope of contributions, (T, N), on the others' mean of the round before, detrended by agent."""
     if len(given) < _FEWEST_ROUNDS or given.shape[1] < 2:
         return math.nan
     known = np.where(np.isnan(given), 0.0, given)
@@ -116,7 +116,7 @@ def _efficiency(run: RoundsRun, counts: BoolArray) -> float:
 
 
 def _punishment(run: RoundsRun, given: FloatArray) -> dict[str, float]:
-    """Return the measures of punishment; labels are nobody, then the agents by id."""
+    """Return the measures of punishment. Label 0 is nobody, and label 1 is agent 0."""
     counts, whom = run.counts(PUNISH), run.choices(PUNISH) - 1
     punishing = counts & (whom >= 0)
     rounds, agents = np.nonzero(punishing)

@@ -90,17 +90,26 @@ def digest_of(past: Iterable[Said]) -> str:
     return hashlib.sha256(msgspec.json.encode(lines)).hexdigest()
 
 
-@lru_cache(maxsize=8)
-def read_moments(path: str, sha256: str) -> Moments:
-    """Read a file of moments, and check its hash."""
+def moments_in(file: Path, sha256: str | None = None) -> Moments:
+    """Read a file of moments.
+
+    Raises:
+        RecordError: the file cannot be read, or its hash is not `sha256`.
+    """
     try:
-        content = Path(path).read_bytes()
+        content = file.read_bytes()
         moments = msgspec.json.decode(content, type=Moments)
     except (OSError, *NOT_JSON) as error:
-        raise RecordError(f"{path} cannot be read: {error}") from error
-    if hashlib.sha256(content).hexdigest() != sha256:
-        raise RecordError(f"{path} has changed since the probe was made: its moments differ.")
+        raise RecordError(f"{file} cannot be read: {error}") from error
+    if sha256 not in (None, hashlib.sha256(content).hexdigest()):
+        raise RecordError(f"{file} has changed since the probe was made: its moments differ.")
     return moments
+
+
+@lru_cache(maxsize=8)
+def read_moments(path: str, sha256: str) -> Moments:
+    """Return the moments of a file with this hash, which is read only once."""
+    return moments_in(Path(path), sha256)
 
 
 def read_past(path: str, sha256: str) -> list[Said]:
