@@ -6,6 +6,7 @@ images for them. So the measure is based on prompts that happened to repeat, mos
 """
 
 import hashlib
+import json
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -20,7 +21,6 @@ from analysis.any.general import choices, general_run
 from analysis.arrays import IntArray
 from analysis.form import Decisions
 from analysis.load import further_factors, identity, measurable
-from foundry.expansion import settings_key
 from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
@@ -58,8 +58,8 @@ def retest(sweeps: Iterable[SweepFolder], runs: Collection[str] | None = None) -
 def _group_of(folder: RunFolder) -> str:
     """Return a text that is equal for runs that differ only in `sampling_seed`."""
     config = folder.config()
-    parts = {name: config[name] for name in ("world", "prompt", "seed")}
-    return settings_key(parts | {"model": without_servers(config["model"])})
+    parts = {name: config[name] for name in ("world", "prompt", "seed")} | {"model": without_servers(config["model"])}
+    return json.dumps(parts, sort_keys=True, default=str)
 
 
 def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:

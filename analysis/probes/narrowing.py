@@ -10,8 +10,8 @@ import pandas as pd
 
 from analysis.filtering import Filter, value_text
 from analysis.probes.choices import NONE, Answers, Asked, MomentKey
-from foundry.errors import InputError, not_found
-from foundry.worlds.probe.moments import moments_in
+from foundry.errors import InputError, RecordError, not_found
+from foundry.records import NOT_JSON
 
 _KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
@@ -22,14 +22,24 @@ Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | b
 """The strata of each moment, by its run, step, agent, kind and `again`."""
 
 
+class _Moments(msgspec.Struct):
+    """What is read from `moments.json`: run, step, agent, kind and `again` of each moment, and its strata."""
+
+    moments: list[tuple[str, int, int, str, int]]
+    strata: list[dict[str, str | bool]] = []
+
+
 def strata_of(file: Path) -> Strata:
     """Read the strata of the moments of a probe.
 
     Raises:
         RecordError: the file cannot be read.
     """
-    drawn = moments_in(file)
-    return dict(zip(map(msgspec.structs.astuple, drawn.moments), drawn.strata, strict=False))
+    try:
+        drawn = msgspec.json.decode(file.read_bytes(), type=_Moments)
+    except (OSError, *NOT_JSON) as error:
+        raise RecordError(f"{file} cannot be read: {error}") from error
+    return dict(zip(drawn.moments, drawn.strata, strict=False))
 
 
 def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:

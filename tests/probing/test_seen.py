@@ -88,7 +88,7 @@ def test_a_state_of_the_world_is_drawn_and_what_is_not_there_is_told(server: Vie
     resources = server.resources
     assert resources.get("probe/probed/picture/0/0/0").content.startswith(b"\x89PNG")
     for address, told in (
-        ("moment/18", "no moment 18: the last is 17"),
+        ("moment/18", "no moment 18: give a number from 0 to 17"),
         ("picture/0/9/0", "Edit '9' not found"),
         ("moments/1", "A probe has no 'moments'"),
         ("moment/x", "'x' must consist of whole numbers"),

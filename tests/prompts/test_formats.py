@@ -173,7 +173,7 @@ def test_draws_are_all_formats_of_the_space_each_once():
     ("options", "said"),
     [
         ({"headings": ["{}"]}, "Did you mean 'heading'"),
-        ({"heading": "{}"}, "not a list of options"),
+        ({"heading": "{}"}, "must be a list of options"),
         ({"heading": ["# "]}, "must contain {} once"),
         ({"case": ["uper"]}, "Did you mean 'upper'"),
         ({"heading": ["{}{}"]}, "must contain {} once"),

@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import small_games as games
 from analysis import analyze
 from analysis.figures.pictures import means_picture
 from analysis.rounds.rounds_run import RoundsRun
 from analysis.rounds.signatures import bar, fishery, naming, public_goods
 from commands import succeeds
-from foundry.worlds.rounds.bar import Bar
-from foundry.worlds.rounds.fishery import Fishery
-from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
 from foundry.worlds.rounds.reading import deciding
 from scripted_rounds import answered_run, scripted_run
 
@@ -27,8 +25,7 @@ REPLIES = {"g": deciding("go"), "s": deciding("stay"), "?": "perhaps"}
 def evenings_of(*evenings: str, readable: bool = False, capacity: float = 0.5) -> dict[str, float]:
     """Return the measures of evenings such as "ggss", a letter an agent."""
     settings = {"name": "bar", "agents": len(evenings[0]), "steps": len(evenings), "capacity": capacity}
-    scenario = Bar(**settings, fun=10, crowded=0, home=5, reports="explicit")
-    run = answered_run(scenario, (REPLIES[one] for one in chain(*evenings)), settings)
+    run = answered_run(games.bar(**settings), (REPLIES[one] for one in chain(*evenings)), settings)
     assert bar.applies(run)
     return bar.measure(run.only_readable() if readable else run)
 
@@ -62,10 +59,9 @@ def test_agents_that_take_turns_herd_or_toss_coins_have_known_figures():
 
 def fished(*months: tuple[object, ...], steps: int = 4, stock: int = 100, readable: bool = False) -> dict[str, float]:
     """Return the measures of a run in which the agents want so much by month; "?" cannot be read."""
-    settings = {"name": "fishery", "agents": len(months[0]), "steps": steps, "stock": stock, "collapse": 5, "talk": 0}
-    scenario = Fishery(**settings, sharing="stochastic", universalisation=False, outsider=None)  # type: ignore[arg-type]
+    settings = {"name": "fishery", "agents": len(months[0]), "steps": steps, "stock": stock}
     answers = (json.dumps({"action": one}) for one in chain(*months))
-    run = answered_run(scenario, answers, settings)
+    run = answered_run(games.fishery(**settings), answers, settings)
     assert fishery.applies(run)
     return fishery.measure(run.only_readable() if readable else run)
 
@@ -189,13 +185,10 @@ def test_who_answers_best_agrees_within_thirty_rounds():
     assert all(one["converged"] == 1 and 1 < one["rounds"] == one["n_rounds"] for one in found)
 
 
-SETTINGS = {"name": "goods", "tokens": 20, "multiplier": 2, "reset": True}
-
-
 def rounds_of(*rounds: tuple[int | str, ...], readable: bool = False) -> dict[str, float]:
-    settings = SETTINGS | {"agents": len(rounds[0]), "steps": len(rounds)}
-    scenario = PublicGoods(**settings)
-    run = answered_run(scenario, (one if isinstance(one, str) else deciding(one) for one in chain(*rounds)), settings)
+    settings = games.GOODS | {"agents": len(rounds[0]), "steps": len(rounds)}
+    replies = (one if isinstance(one, str) else deciding(one) for one in chain(*rounds))
+    run = answered_run(games.goods(**settings), replies, settings)
     assert public_goods.applies(run)
     return public_goods.measure(run.only_readable() if readable else run)
 
@@ -232,9 +225,9 @@ def test_who_gives_less_every_round_by_itself_follows_nobody():
 
 
 def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
-    settings = SETTINGS | {"agents": 3, "steps": 1, "cost": 2, "loss": 3}
+    settings = games.GOODS | {"agents": 3, "steps": 1, "cost": 2, "loss": 3}
     said = [*map(deciding, (20, 10, 10)), *map(deciding, ("agent 2", "agent 2", "nobody"))]
-    found = public_goods.measure(answered_run(PunishedGoods(**settings), said, settings))
+    found = public_goods.measure(answered_run(games.punished(**settings), said, settings))
     assert (found["punishing"], found["spent"], found["antisocial"]) == pytest.approx((2 / 3, 4 / 3, 1 / 2))
     assert found["efficiency"] == pytest.approx((40 - (2 * 2 + 2 * 3)) / 3 / 20)
 

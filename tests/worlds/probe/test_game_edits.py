@@ -8,34 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import small_games
 from foundry.declared import Actions
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question, Scenario
 from foundry.worlds.probe.editing import find_edit, find_edits, observing
-from foundry.worlds.rounds.bar import Bar
-from foundry.worlds.rounds.fishery import Fishery
 from foundry.worlds.rounds.naming import NamingGame
-from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
 from foundry.worlds.rounds.reading import deciding, options_of
 from foundry.worlds.rounds.table import RoundQuestion
+from small_games import bar, fishery, goods, punished
 
 AGES = {"age": {"young": 1, "old": 1}, "trade": {"baker": 1, "smith": 1}}
 
 
-def bar(**changes: Any) -> Bar:
-    settings = {"name": "bar", "agents": 5, "steps": 3, "capacity": 0.6, "fun": 10, "crowded": 0, "home": 5}
-    return Bar(**(settings | {"reports": "explicit"} | changes))
-
-
 def naming(**changes: Any) -> NamingGame:
-    settings: dict[str, Any] = dict.fromkeys(("established", "committed_name", "until"))
-    settings |= {"name": "naming", "agents": 2, "steps": 3, "names": ["a", "b", "c"], "protocol": "both", "memory": 5}
-    return NamingGame(**(settings | {"equal": 100, "different": -50, "committed": 0} | changes))
-
-
-def pot(punished: bool = False, **changes: Any) -> PublicGoods:
-    settings = {"name": "pot", "agents": 4, "steps": 3, "tokens": 20, "multiplier": 2, "reset": True}
-    return PunishedGoods(**settings, cost=1, loss=3) if punished else PublicGoods(**(settings | changes))
+    return small_games.naming(**({"agents": 2, "names": ["a", "b", "c"], "memory": 5} | changes))
 
 
 def asked_after(scenario: Scenario, *rounds: Sequence[Any], seed: int = 0) -> list[Question]:
@@ -72,7 +59,7 @@ def test_who_stayed_went_and_the_bar_paid_as_it_would_have(rounds: list[list[str
 
 @given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=1, max_size=3))
 def test_the_other_put_least_into_the_pot_where_it_put_most_and_the_share_follows(rounds: list[tuple[int, int]]):
-    scenario = pot(agents=2, multiplier=1.5, steps=4)
+    scenario = goods(agents=2, multiplier=1.5, steps=4)
     hold_against_what_would_be_told(scenario, rounds, lambda gave: [max(gave) - one for one in gave])
 
 
@@ -87,39 +74,36 @@ def test_the_other_said_the_next_name_and_the_points_follow(rounds: list[tuple[s
 def test_where_nothing_would_follow_nobody_did_the_opposite():
     (told, *_) = asked_after(bar(reports="attendance"), ["go", "go", "stay", "stay", "stay"])
     assert edited(bar(), "others_went", told)["evenings"] == [{"went": 3, "action": None, "utility": None}]
-    whom = asked_after(pot(punished=True), [15, 10, 0, 4])[0]
-    assert edited(pot(punished=True), "others_went", whom)["given"] == [15, 0, 10, 6]
-    for scenario, decisions in ((pot(reset=False), [5, 10, 10, 10]), (naming(protocol="speaker"), ["a", "a"])):
+    whom = asked_after(punished(), [15, 10, 0, 4])[0]
+    assert edited(punished(), "others_went", whom)["given"] == [15, 0, 10, 6]
+    for scenario, decisions in ((goods(reset=False), [5, 10, 10, 10]), (naming(protocol="speaker"), ["a", "a"])):
         for question in (one for seed in range(5) for one in asked_after(scenario, decisions, seed=seed)):
             assert find_edit("others_went", scenario).applied(question) is None
 
 
 def test_who_is_alone_keeps_its_number_and_points_that_are_decided_about_stay():
-    assert find_edit("scale_payoffs", pot()).applied(asked_after(pot(), [1] * 4)[0]) is None
+    assert find_edit("scale_payoffs", goods()).applied(asked_after(goods(), [1] * 4)[0]) is None
     legal = Actions(labels=("up", "down"), whole=False)
     alone = RoundQuestion(1, 0, "turn", {"agent": 0, "agents": 1}, options=options_of(legal), legal=legal)
     assert find_edit("rename_agents", bar()).applied(alone) is None
 
 
 def test_agents_are_numbered_from_the_end_and_so_are_those_to_choose_from():
-    question = asked_after(pot(punished=True), [5, 10, 0, 4])[1]
-    renaming = find_edit("rename_agents", pot(punished=True))
+    question = asked_after(punished(), [5, 10, 0, 4])[1]
+    renaming = find_edit("rename_agents", punished())
     changed = renaming.applied(question)
     assert isinstance(changed, RoundQuestion) and changed.legal and changed.agent == question.agent == 1
     assert (changed.observation["agent"], changed.observation["given"]) == (2, [4, 0, 10, 5])
     assert set(changed.legal.labels) == {"nobody", "agent 3", "agent 1", "agent 0"}
-    assert renaming.described(pot(punished=True))["expected"]["agent 3"] == "agent 0"
+    assert renaming.described(punished())["expected"]["agent 3"] == "agent 0"
     assert [json.loads(one)["action"] for one in changed.options] == list(changed.legal.labels)
-    reading = pot(punished=True).read(changed, Answer(deciding("agent 1")))
+    reading = punished().read(changed, Answer(deciding("agent 1")))
     assert reading.action == "agent 1"
-    assert pot(punished=True).read(changed, Answer(deciding("agent 2"))).action is None
+    assert punished().read(changed, Answer(deciding("agent 2"))).action is None
 
 
 def test_months_and_talk_of_a_fishery_name_the_same_agents_under_other_numbers():
-    lake = Fishery(
-        name="lake", agents=3, steps=2, stock=90, collapse=5, sharing="proportional", talk=3, universalisation=False,
-        outsider=None,
-    )  # fmt: skip
+    lake = fishery(agents=3, steps=2, stock=90, sharing="proportional", talk=3)
     question = asked_after(lake, [1, 2, 3])[0]
     found = edited(lake, "rename_agents", question)
     assert found["months"][0]["caught"] == [3, 2, 1] and found["agent"] == 2 - question.agent

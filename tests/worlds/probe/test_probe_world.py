@@ -17,7 +17,7 @@ from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.probe.editing import UNEDITED, Edit
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
 from foundry.worlds.probe.probe_world import APART, ROUND, ProbeScenario
-from foundry.worlds.rounds.naming import NamingGame
+from small_games import naming
 
 UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
 HELLO = '{"message": "Hello.", "reasoning": ""}'
@@ -61,13 +61,7 @@ def as_moments(asked: list[Question], run: str = "run") -> list[Moment]:
     return [Moment(run, one.step, one.agent, one.kind, one.again) for one in asked]
 
 
-NAMING = NamingGame(
-    name="naming", agents=6, steps=3, names=["a", "b"], protocol="both", memory=2, equal=1, different=0,
-    established=None, committed=0, committed_name=None, until=None,
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("scenario", "most"), [(world(), 0), (NAMING, 2)], ids=["grid", "naming"])
+@pytest.mark.parametrize(("scenario", "most"), [(world(), 0), (naming(), 2)], ids=["grid", "naming"])
 def test_every_question_of_an_episode_comes_out_as_it_was_asked(scenario: Scenario, most: int):
     asked, past = played(scenario)
     assert max(one.again for one in asked) == most

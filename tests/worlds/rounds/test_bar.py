@@ -16,13 +16,9 @@ from foundry.worlds.rounds.bar import REPORTS, Bar, Evening
 from foundry.worlds.rounds.reading import deciding
 from foundry.worlds.rounds.rounds_policies import PREDICTORS, Inductive, Tossing, equilibrium
 from scripted_rounds import scripted_run
+from small_games import bar
 
 GO, STAY = deciding("go"), deciding("stay")
-
-
-def bar(**changes: Any) -> Bar:
-    settings = {"name": "bar", "agents": 5, "steps": 3, "capacity": 0.6, "fun": 10, "crowded": 0, "home": 5}
-    return Bar(**(settings | {"reports": "explicit"} | changes))
 
 
 def evening(scenario: Bar, *goers: int) -> tuple[list[RoundStep], Evening, list[list[dict[str, Any]]]]:

@@ -14,18 +14,10 @@ from foundry.errors import InputError
 from foundry.records import Message, Record
 from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, World
-from foundry.worlds.rounds.fishery import Catch, Fishery, Stock, one_by_one, shares, sustainable
+from foundry.worlds.rounds.fishery import Catch, Stock, one_by_one, shares, sustainable
 from foundry.worlds.rounds.rounds_policies import GreedyCatch, SustainableCatch
 from scripted_rounds import records
-
-USUAL: dict[str, Any] = {
-    "name": "fishery", "agents": 5, "steps": 12, "stock": 100, "collapse": 5, "sharing": "stochastic", "talk": 0,
-    "universalisation": False, "outsider": None,
-}  # fmt: skip
-
-
-def fishery(**changes: Any) -> Fishery:
-    return Fishery(**(USUAL | changes))
+from small_games import fishery
 
 
 def caught(world: World, *wishes: object) -> list[Record]:

@@ -18,15 +18,7 @@ from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves
 from foundry.worlds.rounds.rounds_policies import BestResponse, FocalName
 from scripted_rounds import records
-
-USUAL: dict[str, Any] = {
-    "name": "naming", "agents": 6, "steps": 3, "names": ["ama", "bodo", "ceri"], "protocol": "both", "memory": 2,
-    "equal": 100, "different": -50, "established": None, "committed": 0, "committed_name": None, "until": None,
-}  # fmt: skip
-
-
-def game(**changes: Any) -> NamingGame:
-    return NamingGame(**(USUAL | changes))
+from small_games import naming as game
 
 
 def answered(scenario: NamingGame, say: Callable[[Question], str], seed: int = 0) -> Sequence[Record]:

@@ -11,19 +11,10 @@ from hypothesis import strategies as st
 from foundry.errors import InputError
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer, World
-from foundry.worlds.rounds.public_goods import Giving, Pot, PublicGoods, PunishedGoods
+from foundry.worlds.rounds.public_goods import Giving, Pot
 from foundry.worlds.rounds.reading import deciding
 from foundry.worlds.rounds.rounds_policies import Conditional
-
-SETTINGS = {"name": "goods", "agents": 4, "steps": 3, "tokens": 20, "multiplier": 2, "reset": True}
-
-
-def goods(**changes: Any) -> PublicGoods:
-    return PublicGoods(**(SETTINGS | changes))
-
-
-def punished(**changes: Any) -> PunishedGoods:
-    return PunishedGoods(**(SETTINGS | {"cost": 1, "loss": 3} | changes))
+from small_games import goods, punished
 
 
 def payoffs(world: World, *texts: str) -> list[float | None]:

@@ -4,12 +4,14 @@ import asyncio
 import io
 import json
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 from PIL import Image, ImageColor
 
+import small_games as games
 from foundry.composing.preflight import first_questions
 from foundry.conformance.playing import request_of
 from foundry.declared import Actions
@@ -19,77 +21,12 @@ from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.any.any_policies import First, Random, Stay
 from foundry.worlds.base import Answer, Question, World
 from foundry.worlds.rounds import rounds_world
+from foundry.worlds.rounds.bar import Bar
+from foundry.worlds.rounds.fishery import Catch, Fishery, Stock
 from foundry.worlds.rounds.reading import deciding
-from foundry.worlds.rounds.rounds_world import Play, RoundsScenario
+from foundry.worlds.rounds.rounds_world import Play
 from foundry.worlds.rounds.table import Table
 from scripted_rounds import records
-
-
-class Bar(RoundsScenario):
-    """All decide at once whether to go."""
-
-    kinds: ClassVar[tuple[str, ...]] = ("evening",)
-
-    def __init__(self, *, crowded: float = 0.6, **settings: Any) -> None:
-        super().__init__(**settings)
-        self.crowded = crowded
-
-    def actions(self) -> dict[str, Actions]:
-        return {"evening": Actions(labels=("go", "stay"), idle="stay")}
-
-    def play(self, table: Table) -> Play:
-        went = None
-        for _ in table.rounds(self.steps):
-            decisions = yield [table.ask(agent, "evening", went=went) for agent in table.agents]
-            went = sum(one.taken == "go" for one in decisions)
-            fun = 10 if went <= self.crowded * self.agents else 0
-            for one in decisions:
-                table.record(one, utility=5 if one.taken == "stay" else fun)
-
-
-class Catch(RoundStep, frozen=True, kw_only=True):
-    """A catch knows what was left."""
-
-    stock: int | None = None
-
-
-class Stock(Record, frozen=True, kw_only=True):
-    """The fish after a month."""
-
-    stream: ClassVar[str] = "stock"
-
-    step: int
-    fish: int
-
-
-class Fishery(RoundsScenario):
-    """All catch at once, then talk one after another in drawn order; the end comes with the last fish."""
-
-    kinds: ClassVar[tuple[str, ...]] = ("catch", "talk")
-    records: ClassVar[tuple[type[Record], ...]] = (Catch, Message, Agent, Stock)
-
-    def __init__(self, *, stock: int = 100, **settings: Any) -> None:
-        super().__init__(**settings)
-        self.stock = stock
-
-    def actions(self) -> dict[str, Actions]:
-        return {"catch": Actions(low=0, high=self.stock, idle=0)}
-
-    def play(self, table: Table) -> Play:
-        fish = self.stock
-        for month in table.rounds(self.steps):
-            legal = Actions(low=0, high=fish, idle=0)
-            catches = yield [table.ask(agent, "catch", legal=legal, fish=fish) for agent in table.agents]
-            caught = sum(one.taken for one in catches)
-            for one in catches:
-                table.record(one, utility=one.taken, stock=fish)
-            for agent in table.stream(f"order {month}").permutation(self.agents).tolist():
-                (said,) = yield [table.ask(agent, "talk", caught=caught)]
-                table.tell(agent, [other for other in table.agents if other != agent], said.message)
-            fish = min(2 * max(fish - caught, 0), self.stock)
-            table.write(Stock(step=month, fish=fish))
-            if fish < 5:
-                return
 
 
 class Silent(Bar):
@@ -100,36 +37,40 @@ class Silent(Bar):
 
 
 GO, STAY = deciding("go"), deciding("stay")
+SMALL = {"agents": 3, "steps": 2}
 
 
 def bar(**changes: Any) -> Bar:
-    return Bar(**({"name": "bar", "agents": 3, "steps": 2} | changes))
+    return Bar(**(games.BAR | SMALL | changes))
 
 
 def fishery(**changes: Any) -> Fishery:
-    return Fishery(**({"name": "fishery", "agents": 3, "steps": 2} | changes))
+    """Return a fishery in which each agent speaks once a month."""
+    return Fishery(**(games.FISHERY | SMALL | {"talk": changes.get("agents", 3)} | changes))
 
 
 def answered(world: World, *texts: str) -> list[Record]:
     return list(world.advance([Answer(text) for text in texts]))
 
 
+def decided(written: Sequence[Record]) -> list[RoundStep]:
+    return [one for one in written if isinstance(one, RoundStep)]
+
+
 def test_what_one_yield_holds_is_asked_at_once_and_recorded_with_what_it_brought():
     world = bar().start(0)
     assert [(one.step, one.agent, one.kind) for one in world.pending()] == [(1, agent, "evening") for agent in range(3)]
-    records = answered(world, GO, STAY, STAY)
-    assert [(one.agent, one.action, one.utility) for one in records] == [(0, "go", 10), (1, "stay", 5), (2, "stay", 5)]
+    lines = decided(answered(world, GO, STAY, STAY))
+    assert [(one.agent, one.action, one.utility) for one in lines] == [(0, "go", 10), (1, "stay", 5), (2, "stay", 5)]
     assert (world.step, world.finished) == (1, False)
-    records = answered(world, GO, GO, STAY)
-    assert [one.utility for one in records] == [0, 0, 5]
+    assert [one.utility for one in decided(answered(world, GO, GO, STAY))] == [0, 0, 5]
     assert (world.step, world.finished, world.pending()) == (2, True, ())
 
 
 def test_a_question_shows_who_is_asked_what_was_told_and_what_the_rules_show():
     world = bar(personas={"mood": {"calm": 1}}).start(0)
-    assert world.pending()[1].observation == {
-        "step": 1, "agent": 1, "agents": 3, "persona": {"mood": "calm"}, "received": [], "went": None,
-    }  # fmt: skip
+    told = {"step": 1, "agent": 1, "agents": 3, "persona": {"mood": "calm"}, "received": [], "evenings": []}
+    assert world.pending()[1].observation.items() >= told.items()
     assert world.opening() == [Agent(agent=agent, persona={"mood": "calm"}) for agent in range(3)]
 
 
@@ -140,7 +81,7 @@ def test_an_unreadable_decision_counts_as_idle_and_is_recorded_as_none():
 
 def test_talk_goes_one_after_another_in_drawn_order_and_is_heard_by_the_others_before_they_speak():
     world = fishery(agents=3).start(3)
-    assert [one.action for one in answered(world, "5", "6", "7")] == [5, 6, 7]
+    assert [one.action for one in decided(answered(world, "5", "6", "7"))] == [5, 6, 7]
     order, heard = [], []
     for _ in range(3):
         (question,) = world.pending()
@@ -158,11 +99,11 @@ class Echoing(Bar):
     def play(self, table: Table) -> Play:
         for _ in table.rounds(self.steps):
             for _ in range(2):
-                yield [table.ask(agent, "evening", went=None) for agent in table.agents]
+                yield [table.ask(agent, "evening") for agent in table.agents]
 
 
 def test_who_is_asked_the_same_again_in_a_round_answers_with_another_seed():
-    world = Echoing(name="echoing", agents=2, steps=2).start(0)
+    world = Echoing(**(games.BAR | {"agents": 2, "steps": 2})).start(0)
     asked: list[Question] = []
     while not world.finished:
         asked += world.pending()
@@ -176,7 +117,7 @@ def test_an_episode_ends_where_its_rules_do_and_writes_what_they_leave_as_the_ro
     world = fishery(agents=2, steps=1).start(0)
     answered(world, "1", "1")
     answered(world, "Hello!")
-    spoken = [one for one in answered(world, "") if isinstance(one, RoundStep)]
+    spoken = decided(answered(world, ""))
     assert [(one.kind, one.action, one.message, one.outcome) for one in spoken] == [
         ("talk", None, "Hello!", Outcome.CHOSEN),
         ("talk", None, None, Outcome.EMPTY),
@@ -186,20 +127,20 @@ def test_an_episode_ends_where_its_rules_do_and_writes_what_they_leave_as_the_ro
     answered(world, "sorry")
     records = answered(world, "too late")
     assert world.finished and world.step == 1
-    assert Stock(step=1, fish=0) in records
+    assert Stock(step=1, before=100, caught=100, outsider=None, after=0, next=None) in records
 
 
 def test_own_keys_and_own_files_are_written_and_declared():
     scenario = fishery(agents=1, steps=1)
     written = records(scenario, Stay("s"), 0)
     assert [one for one in written if not isinstance(one, Message)] == [
-        Catch(step=1, agent=0, kind="catch", action=0, outcome=Outcome.CHOSEN, utility=0, stock=100),
-        Stock(step=1, fish=100),
+        Catch(step=1, agent=0, kind="catch", action=0, outcome=Outcome.CHOSEN, utility=0, caught=0),
+        Stock(step=1, before=100, caught=0, outsider=None, after=100, next=100),
         Catch(step=1, agent=0, kind="talk", action=None, outcome=Outcome.CHOSEN),
     ]
     declared = scenario.declared()
     assert declared.form == "rounds"
-    assert declared.streams["steps"]["stock"] == "integer?" and declared.streams["stock"]["fish"] == "integer"
+    assert declared.streams["steps"]["caught"] == "integer?" and declared.streams["stock"]["after"] == "integer"
 
 
 def test_what_is_legal_may_be_less_than_the_world_declares():
@@ -208,22 +149,23 @@ def test_what_is_legal_may_be_less_than_the_world_declares():
     for _ in range(2):
         answered(world, "hm")
     assert len(world.pending()[0].options) == 21
-    assert [one.action for one in answered(world, "21", "20")] == [None, 20]
+    assert [one.action for one in decided(answered(world, "21", "20"))] == [None, 20]
 
 
 def test_random_draws_uniformly_among_what_is_legal_and_first_takes_the_first():
-    drawn = Counter(one.action for one in records(bar(agents=30, steps=30), Random("r"), 0))
-    assert abs(drawn["go"] - 450) < 3 * 15
-    drawn = Counter(one.action for one in records(bar(agents=30, steps=30), Random("r", stay_probability=0.1), 0))
-    assert abs(drawn["stay"] - 90) < 3 * 9
-    assert {one.action for one in records(bar(agents=3), First("f"), 0)} == {"go"}
+    def actions(model: ScriptedModel, **changes: int) -> Counter[Any]:
+        return Counter(one.action for one in decided(records(bar(**changes), model, 0)))
+
+    assert abs(actions(Random("r"), agents=30, steps=30)["go"] - 450) < 3 * 15
+    assert abs(actions(Random("r", stay_probability=0.1), agents=30, steps=30)["stay"] - 90) < 3 * 9
+    assert set(actions(First("f"))) == {"go"}
     question = replace(bar(agents=1).start(0).pending()[0], options=(), idle="I stay.")
     assert asyncio.run(First("f").ask(request_of(question, 0))).text == "I stay."
 
 
 @pytest.mark.parametrize(("model", "what"), [(Random("r"), "options"), (First("f"), "options"), (Stay("s"), "idle")])
 def test_a_world_that_declares_nothing_is_refused_in_one_line(model: ScriptedModel, what: str):
-    (question,) = Silent(name="silent", agents=1, steps=1).start(0).pending()
+    (question,) = Silent(**(games.BAR | {"agents": 1, "steps": 1})).start(0).pending()
     with pytest.raises(InputError, match=f"cannot act in this world.*Question.{what}"):
         model.check(question)
 
@@ -253,10 +195,10 @@ def test_a_number_without_a_greatest_one_is_drawn_by_the_greatest_so_far():
 
 
 def test_calls_are_counted_at_most_and_a_wordy_answer_decides_and_fills_what_is_heard():
-    assert (bar().count_calls(), fishery().count_calls()) == (6, 12)
+    assert (bar().count_calls(), games.punished().count_calls()) == (6, 24)
     scenario = fishery(agents=1)
     world = scenario.start(0)
-    (one,) = answered(world, scenario.wordy_answer(world.pending()[0], 500))
+    (one,) = decided(answered(world, scenario.wordy_answer(world.pending()[0], 500)))
     assert one.action == 100
     said = json.loads(scenario.wordy_answer(world.pending()[0], 500))
     assert world.pending()[0].kind == "talk" and len(said["message"]) > 400
@@ -272,7 +214,7 @@ class Wrong(Bar):
     """Asks before its first round, records twice, or asks nobody."""
 
     def __init__(self, fault: str) -> None:
-        super().__init__(name="wrong", agents=1, steps=2)
+        super().__init__(**(games.BAR | {"agents": 1, "steps": 2}))
         self.fault = fault
 
     def play(self, table: Table) -> Play:
@@ -305,5 +247,5 @@ class Council(Fishery):
 
 
 def test_every_kind_is_found_before_a_sweep_however_many_speak_first():
-    council = Council(name="council", agents=9, steps=2)
+    council = Council(**(games.FISHERY | {"agents": 9, "steps": 2}))
     assert [question.kind for question in first_questions(council, 0)] == ["talk", "catch"]
