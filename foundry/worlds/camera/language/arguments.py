@@ -1,4 +1,4 @@
-"""Collects the words that belong to a verb, and converts them to the requested motion."""
+"""Collects the words that belong to a verb, and converts them to the motion that it asks for."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from foundry.worlds.camera.language.sentences import Amount, Token
 
 
 class Category(Enum):
-    """The kinds of motion; the latest occurrence of each kind decides."""
+    """A kind of motion; the last one of each kind in a reply counts."""
 
     TRANSLATE = "translate"
     TURN = "turn"
@@ -27,15 +27,16 @@ class Mention:
     Attributes:
         category: kind of motion.
         direction: bearing of a translation, degrees from the heading, counter-clockwise; else +1 for left or up, -1 for
-            right or down, 0 without a direction (of a refused motion).
-        amount: amount, None if the text has none.
+            right or down, 0 for a refused motion without a direction.
+        amount: its amount, None if the text has none.
         small: whether the text says "a bit".
-        degrees: degrees that the words imply, else 0.
+        degrees: angle that the words imply, as in "turn around", degrees; else 0.
         wanted: False for a motion that the text refuses.
         told: whether the text only reports the motion; then `wanted` is False too.
-        inferred: whether more than the amount was inferred.
-        later: whether the motion is postponed if the reply names another motion.
+        inferred: whether anything but the amount had to be inferred.
+        later: whether the motion counts only if the reply names no earlier motion.
         remarks: notes on how the text was read.
+        segment: index of its segment in the sentence.
     """
 
     category: Category
@@ -49,22 +50,23 @@ class Mention:
     inferred: bool = False
     later: bool = False
     remarks: tuple[str, ...] = ()
+    segment: int = 0
 
 
 @dataclass(slots=True)
 class Arguments:
-    """The words that belong to a verb, or to none.
+    """The words that belong to a verb, or words without a verb.
 
     Attributes:
         small: whether the words say "a bit".
         gaze: whether the words name the gaze.
-        angle: angle of a translation: "at 30 degrees to the left".
-        closed: whether words with another meaning follow.
-        along: whether those words name a path or a goal.
+        angle: angle of a translation, as in "at 30 degrees to the left".
+        closed: whether words that do not belong to the verb follow.
+        along: whether those words name a path or a goal, as in "along the corridor".
         start: index of the first of the words, or of the verb.
         end: index after the words.
-        last: index after the last meaningful token.
-        inferred: whether more than the amount was inferred.
+        last: index after the last direction, amount or similar word.
+        inferred: whether anything but the amount had to be inferred.
         remarks: notes on how the text was read.
     """
 
@@ -82,7 +84,7 @@ class Arguments:
     remarks: list[str] = field(default_factory=list)
 
     def infer(self, remark: str) -> None:
-        """Record that the reading adds something to the words."""
+        """Record that something was inferred that the words do not say."""
         self.inferred = True
         self.remarks.append(remark)
 
@@ -95,7 +97,7 @@ _TURNS = frozenset(("half", "quarter", "quarters", "full"))
 
 
 def mention(verb: Word, said: Arguments) -> Mention | str:
-    """Return the motion of a verb and its words, or the reason why there is none."""
+    """Return the motion that a verb and its words ask for, or the reason why they ask for none."""
     if said.amount is not None and said.amount.dimension is Dimension.OTHER:
         said.remarks.append(f"'{said.amount.text}' is no distance and no angle")
         said.amount = None
@@ -119,19 +121,19 @@ def mention(verb: Word, said: Arguments) -> Mention | str:
 
 
 def made(said: Arguments) -> Word:
-    """Return the verb that "take" or "make" means: "take a step back", "take a left"."""
+    """Return the verb that "take" or "make" stands for: to move in "take a step back", to turn in "take a left"."""
     angular = said.amount is not None and said.amount.dimension is Dimension.ANGLE
     along = said.amount is not None or not said.ways or {Way.FORWARD, Way.BACK} & {*said.ways}
     return _BARE[Act.MOVE if along and not angular else Act.TURN]
 
 
 def bare_mention(said: Arguments, act: Act | None, *, shared: bool = False) -> Mention | str:
-    """Return the motion of words without a verb.
+    """Return the motion that words without a verb ask for, or the reason why they ask for none.
 
     Args:
         said: the words.
-        act: motion of the verb before them, or None.
-        shared: whether they certainly belong to that verb: "turn: left".
+        act: kind of motion of the verb before them, or None.
+        shared: whether that verb certainly applies to them, as in "turn: left".
     """
     dimension = said.amount.dimension if said.amount else None
     vertical = bool(said.ways) and {*said.ways} <= _VERTICAL.keys()
@@ -161,7 +163,7 @@ def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) 
 
 
 def _goes_forward(verb: Word, said: Arguments, ways: Collection[Way]) -> bool:
-    """Return whether there is a distance without a direction: "walk 2 m", "walk along the corridor for 2 m"."""
+    """Return whether a distance without a direction means forward, as in "walk 2 m"."""
     if ways or said.angle is not None or said.amount is None or not (said.along or (verb.goes and not said.closed)):
         return False
     return said.amount.dimension in (Dimension.LENGTH, Dimension.STEP)
@@ -209,7 +211,7 @@ def _angular(
 
 
 def normalised(degrees: float) -> float:
-    """Return an angle in (-180, 180]."""
+    """Return the same angle within (-180, 180], degrees."""
     if -_HALF_TURN < degrees <= _HALF_TURN:
         return degrees
     turned = degrees % 360.0
@@ -243,7 +245,7 @@ _MEASURED = frozenset(("step", "move"))
 
 
 def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Arguments:
-    """Return the words for a verb from `start` up to the next verb.
+    """Return the words from `start` that belong to a verb.
 
     Args:
         tokens: the tokens of a segment.
@@ -271,7 +273,7 @@ def _is_length(token: Token) -> bool:
 
 
 def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words for a verb right before it, but not before `low`."""
+    """Return the words right before a verb, from `low` on, that belong to it."""
     start = verb_at
     while start > low and (tokens[start - 1].kind in ARGUMENTS or tokens[start - 1].kind in HARMLESS):
         start -= 1
@@ -286,7 +288,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words on both sides of a verb: directions before or right after the verb, the amount after it."""
+    """Return the words on both sides of a verb that belong to it: directions before or right after, amounts after."""
     before = words_before(tokens, low, verb_at)
     said = Arguments(
         before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1
@@ -303,7 +305,7 @@ def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words that belong to the verb at `verb_at`; words before `low` belong to another verb."""
+    """Return the words that belong to the verb at index `verb_at`; words before `low` belong to another verb."""
     verb = tokens[verb_at]
     if verb.word.side is Side.BEFORE:
         return words_before(tokens, low, verb_at)
@@ -321,14 +323,14 @@ def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def _is_noun(tokens: Sequence[Token], low: int, verb_at: int) -> bool:
-    """Return whether only words of the turn precede it: "a 90 degree left turn"."""
+    """Return whether a verb is a noun with its words before it, as in "a 90 degree left turn"."""
     return all(
         token.kind in HARMLESS or token.kind in ARGUMENTS or token.word.act is Act.MAKE for token in tokens[low:verb_at]
     )
 
 
 def _starts_another(tokens: Sequence[Token], at: int, said: Arguments, verb: Token | None) -> bool:
-    """Return whether a token belongs to another command: "turn left 30 degrees 2 m forward"."""
+    """Return whether a token begins another command, as "2 m" does in "turn left 30 degrees 2 m forward"."""
     token, act = tokens[at], verb.word.act if verb else None
     if isinstance(token, Amount):
         if said.closed:
@@ -381,7 +383,7 @@ def _leads_to_angle(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
-    """Return whether an amount is a distance to move, not a place, as in "to 1 m from the wall", "gate 4"."""
+    """Return whether an amount says how far to move; in "to 1 m from the wall" and "gate 4" it names a place."""
     amount, follows = tokens[at], tokens[at + 1] if at + 1 < len(tokens) else None
     assert isinstance(amount, Amount)
     if tokens[at - 1].kind is Kind.TO:
@@ -395,7 +397,7 @@ def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
 
 
 def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a direction describes a place: "to the left of the door", "the right wall"."""
+    """Return whether a direction describes a place, as in "to the left of the door" or "the right wall"."""
     behind = at + 1
     attributed = behind < len(tokens) and tokens[behind].text in _ATTRIBUTED
     if attributed:

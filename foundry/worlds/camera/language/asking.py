@@ -1,7 +1,4 @@
-"""Reads the motions that sentences ask for, and combines them into one command.
-
-Motions that a sentence only mentions do not count.
-"""
+"""Finds the motions that sentences ask for, not those that they only mention, and makes one command of them."""
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
@@ -34,14 +31,11 @@ _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahea
 
 
 class _Reader:
-    """Reads one sentence, segment by segment."""
-
     def __init__(self, sentence: Sentence) -> None:
         self._sentence = sentence
         self._scopes = Scopes()
         self._telling = Telling(sentence.segments)
         self._found: list[Mention] = []
-        self._found_in: list[int] = []
         self._told_of: list[Mention] = []
         self._act: Act | None = None
         self._verbs = False
@@ -51,7 +45,7 @@ class _Reader:
         self._later = False
 
     def read(self) -> list[Mention]:
-        """Return the motions of the sentence in order, including refused ones."""
+        """Return the motions in the sentence, in order, with those that it refuses or only reports."""
         for index, segment in enumerate(self._sentence.segments):
             self._index = index
             if not self._segment(segment):
@@ -71,7 +65,7 @@ class _Reader:
         return named and label.joint is None and answer.joint is not None and answer.joint.text == ":"
 
     def _segment(self, segment: Segment) -> bool:
-        """Read a segment; return whether to read the next ones."""
+        """Read a segment, and return whether the segments after it count."""
         tokens = segment.tokens
         before = len(self._found)
         bars, told = self._scopes.bars(segment), self._told(segment)
@@ -86,9 +80,7 @@ class _Reader:
             elif token.kind in (Kind.STAY, Kind.PAUSE):
                 self._stay(segment, bars, at)
             elif token.kind is Kind.DONE and bars[at] is None and self._is_done(tokens, at):
-                self._later = True
-                self._add(Mention(Category.STAY, text=token.text))
-                self._later = False
+                self._add(Mention(Category.STAY, text=token.text, later=True))
             elif token.kind in (Kind.FIRST, Kind.RETRACT) or token.text in _INSTEAD:
                 self._take_back(token)
             self._strange = self._strange or _is_strange(token)
@@ -98,7 +90,7 @@ class _Reader:
         return True
 
     def _verb(self, segment: Segment, bars: Sequence[Bar | None], low: int, at: int) -> int:
-        """Read a verb; return the index after its words."""
+        """Read a verb with its words, and return the index after them."""
         tokens, verb = segment.tokens, segment.tokens[at]
         said = collect(tokens, low, at)
         if verb.word.act is Act.MAKE and not _makes(tokens, at, said):
@@ -119,7 +111,6 @@ class _Reader:
         return said.end
 
     def _note(self, bar: Bar | None, read: Mention | str, verb: Token, said: Arguments, text: str) -> None:
-        """Record the reading of a verb."""
         act = verb.word.act
         negated = bar is Bar.NOT or bar is Bar.WILL_NOT or verb.word.negated
         if negated and isinstance(read, str) and not said.ways and not said.closed:
@@ -138,27 +129,25 @@ class _Reader:
             self._add(replace(read, text=text))
 
     def _add(self, found: Mention) -> None:
-        self._found.append(replace(found, later=True) if self._later else found)
-        self._found_in.append(self._index)
+        self._found.append(replace(found, later=found.later or self._later, segment=self._index))
 
     def _told(self, segment: Segment) -> list[Bar | None]:
-        """Return for each token the reason why it is only a report, or None."""
+        """Return, for each token, the reason why it is only a report, or None."""
         bars = self._telling.told(self._index)
         if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
             return [Bar.EXAMPLE] * len(bars)
         return bars
 
     def _take_back(self, token: Token) -> None:
-        """Revoke the sentence so far, or the whole reply so far if the words say so."""
+        """Revoke the motions of the sentence so far, and those of the reply so far if the word says so."""
         if token.kind in (Kind.FIRST, Kind.RETRACT):
             while any(found.wanted for found in self._found):
-                self._forget()
+                self._found.pop()
         if token.kind is not Kind.FIRST and all(found.wanted for found in self._found):
-            self._found.insert(0, Mention(Category.RETRACT, wanted=False))
-            self._found_in.insert(0, -1)
+            self._found.insert(0, Mention(Category.RETRACT, wanted=False, segment=-1))
 
     def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
-        """Return whether a verb form describes an event instead of giving an order."""
+        """Return whether a verb's form describes an event instead of asking for a motion, as in "the wall turns"."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.THIRD:
             named = any(token.kind is Kind.GAZE or token.text in ("the", "my", "your") for token in tokens[:at])
@@ -187,7 +176,8 @@ class _Reader:
             return
         follows = tokens[at + 1] if at + 1 < len(tokens) else None
         if follows is None:
-            stays = not pause or (not self._verbs and not self._goes_on() and self._plain_before(segment, at))
+            plain = all(token.kind in HARMLESS for token in tokens[:at])
+            stays = not pause or (plain and not self._verbs and not self._goes_on())
         elif pause:
             stays = follows.kind is Kind.PLACE
         else:
@@ -196,15 +186,12 @@ class _Reader:
             self._add(Mention(Category.STAY, text=_joined(tokens[at:])))
 
     def _is_done(self, tokens: Sequence[Token], at: int) -> bool:
-        """Return whether "task completed" is unconditional; not in "if I am there, ..." or "task completed: no"."""
+        """Return whether "task completed" is a fact, unlike in "if I am there, ..." or "task completed: no"."""
         segments = self._sentence.segments
         following = segments[self._index + 1].joint if self._index + 1 < len(segments) else None
         conditions = (token.text for segment in segments for token in segment.tokens if token.kind is Kind.CONDITION)
         plain = all(token.kind in HARMLESS - {Kind.OF} for token in (*tokens[:at], *tokens[at + 1 :]))
         return plain and _REASONS.issuperset(conditions) and (following is None or following.text != ":")
-
-    def _plain_before(self, segment: Segment, at: int) -> bool:
-        return all(token.kind in HARMLESS for token in segment.tokens[:at])
 
     def _bare(self, segment: Segment, bars: Sequence[Bar | None], low: int, high: int) -> None:
         """Read words without a verb: "30 degrees to the left", "forward"."""
@@ -237,10 +224,10 @@ class _Reader:
         if isinstance(read, Mention) and self._is_licensed(tokens, said, read):
             self._add(replace(read, text=_joined(tokens)))
         elif segment.joint is not None and segment.joint.kind is Kind.OR and self._found:
-            self._forget()
+            self._found.pop()
 
     def _is_licensed(self, tokens: Sequence[Token], said: Arguments, read: Mention) -> bool:
-        """Return whether words without a verb are a command: alone, or after another command."""
+        """Return whether words without a verb ask for a motion: if they stand alone, or follow another command."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
         if self._known or any(found.wanted and not found.later for found in self._found) or self._corrects():
@@ -249,7 +236,7 @@ class _Reader:
         return self._act is not None and said.amount is not None and along
 
     def _corrects(self) -> bool:
-        """Return whether the words follow "not left, but", or "I need to get closer:"."""
+        """Return whether the words follow a phrase such as "not left, but" or "I need to get closer:"."""
         segment, before = self._sentence.segments[self._index], self._sentence.segments[max(self._index - 1, 0)].tokens
         joint = segment.joint.text if segment.joint is not None and self._index else ""
         if joint in _BUT:
@@ -258,9 +245,9 @@ class _Reader:
         return joint == ":" and first_person and not any(token.kind is Kind.IS for token in before)
 
     def _makes_diagonal(self, segment: Segment, said: Arguments) -> bool:
-        """Join "forward" and "to the left" of two segments."""
+        """Make one motion of two segments, such as "move forward" and "to the left"; return whether they are one."""
         joint = segment.joint
-        if joint is None or joint.text not in _AND or not self._found or self._found_in[-1] != self._index - 1:
+        if joint is None or joint.text not in _AND or not self._found or self._found[-1].segment != self._index - 1:
             return False
         last = self._found[-1]
         behind = self._sentence.segments[self._index - 1].tokens[-1].kind is not Kind.WAY
@@ -277,11 +264,11 @@ class _Reader:
         said.amount = said.amount or last.amount
         read = bare_mention(said, Act.MOVE)
         if isinstance(read, Mention):
-            self._found[-1] = replace(read, text=f"{last.text} {joint.text} {segment.text}")
+            self._found[-1] = replace(read, text=f"{last.text} {joint.text} {segment.text}", segment=last.segment)
         return True
 
     def _complete(self, said: Arguments) -> None:
-        """Add a following amount to the last motion: "turn right (30 degrees)"."""
+        """Add an amount to the motion before it, as in "turn right (30 degrees)"."""
         last, amount = self._found[-1], said.amount
         if last.category is Category.STAY or (amount is None and not said.small):
             return
@@ -290,20 +277,15 @@ class _Reader:
         if amount is not None and amount.dimension not in (lengths if along else _ANGLES):
             return
         if amount is not None and amount.number < 0:
-            self._forget()
+            self._found.pop()
             return
         text = f"{last.text}, {amount.text}" if amount is not None else last.text
         self._found[-1] = replace(last, amount=amount, small=last.small or said.small, text=text)
 
     def _drop_alternatives(self, before: int) -> None:
-        """Drop all motions of "turn left or move forward"."""
+        """Drop both motions of a choice such as "turn left or move forward"."""
         if len(self._found) > before > 0 and self._found[before].wanted:
-            while len(self._found) >= before:
-                self._forget()
-
-    def _forget(self) -> None:
-        self._found.pop()
-        self._found_in.pop()
+            del self._found[before - 1 :]
 
 
 _ANGLES = (None, Dimension.ANGLE)
@@ -314,12 +296,11 @@ _INSTEAD = frozenset(("instead", "代わりに", "かわりに"))
 
 
 def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:
-    """Return the stronger of two bars."""
     return bar if bar is Bar.EXAMPLE or told is None or (told is Bar.NEXT and bar is not None) else told
 
 
 def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
-    """Return whether "take" and the following words are a motion: "take a step back", "take a left"."""
+    """Return whether "take" and its words ask for a motion, as in "take a step back" or "take a left"."""
     if said.end < len(tokens) and tokens[said.end].kind is Kind.VERB:
         return False
     if said.amount is not None or any(token.word.dimension is Dimension.STEP for token in tokens[at + 1 : said.end]):
@@ -329,7 +310,7 @@ def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
 
 
 def _is_open(amount: Amount | None, further: Amount | None) -> bool:
-    """Return whether a further amount may be the distance: "turn right (30 degrees)", "a step forward, about 1.5 m"."""
+    """Return whether a further amount can replace a motion's amount, as in "a step forward, about 1.5 m"."""
     if amount is None:
         return True
     one_step = amount.dimension is Dimension.STEP and amount.number == 1
@@ -353,7 +334,7 @@ _LONGEST_QUOTE = 80
 
 @dataclass(slots=True)
 class _Latest:
-    """The remaining motions of the text so far."""
+    """The motions of the reply so far that nothing has revoked."""
 
     mentions: dict[Category, Mention] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
@@ -386,7 +367,7 @@ class _Latest:
         return motion.category in (Category.RETRACT, Category.ORDER)
 
     def _retract(self) -> None:
-        """Revoke earlier motions that a later motion replaces."""
+        """Revoke the earlier motions if a word such as "no, wait" has revoked them."""
         if self.retracting:
             self.mentions.clear()
             self.retracting = False
@@ -399,7 +380,7 @@ class _Latest:
 
 
 _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
-"""The direction of a refusal that applies to all directions."""
+"""For each kind of motion, the direction of a refusal without a direction, which refuses them all."""
 
 
 def resolve(text: str, limits: Limits) -> Command:
@@ -459,7 +440,6 @@ def _angle(
 
 
 def _asked(motion: Mention, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
-    """Return the requested amount, metres or degrees."""
     if motion.amount is not None:
         steps = motion.amount.dimension is Dimension.STEP
         return round(motion.amount.number * limits.step_length_m, 9) if steps else motion.amount.number
