@@ -1,4 +1,4 @@
-"""Commands as data, in words and in records."""
+"""Commands of 3D worlds: as data, in words, and in records."""
 
 import math
 from dataclasses import dataclass, fields
@@ -20,21 +20,22 @@ BEARINGS = {
     frozenset((Way.RIGHT,)): -90.0,
     frozenset((Way.FORWARD, Way.RIGHT)): -45.0,
 }
-"""Bearings by their directions; degrees from the heading, counter-clockwise."""
+"""The bearing of each direction, degrees from the heading, counter-clockwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """Default amounts, and the largest amounts of a command.
+    """The default amounts and the largest amounts of a command; None means no limit.
 
     Attributes:
-        max_distance_m: longest translation; None for no limit.
-        max_turn_deg: largest turn of the body to either side; None for no limit.
-        max_gaze_deg: largest turn of the gaze up or down; None for no limit.
-        default_distance_m: length of a translation without a distance.
-        default_turn_deg: angle of a turn without an angle.
-        default_gaze_deg: angle of a turn of the gaze without an angle.
-        small_factor: factor of "a bit" on the default.
+        max_distance_m: largest distance of a translation.
+        max_turn_deg: largest turn of the body to either side.
+        max_gaze_deg: largest turn of the gaze up or down.
+        default_distance_m: distance of a translation that names none.
+        default_turn_deg: angle of a turn that names none.
+        default_gaze_deg: angle of a turn of the gaze that names none.
+        small_factor: factor on the default for "a bit".
+        step_length_m: distance of "one step".
     """
 
     max_distance_m: float | None = None
@@ -68,14 +69,14 @@ class Translation:
 
 @dataclass(frozen=True)
 class Command:
-    """The command in a reply; None for parts that it does not ask for.
+    """The command in a reply; a motion that the reply does not ask for is None.
 
     Attributes:
         turn: turn of the body, degrees, left positive.
         gaze: turn of the gaze, degrees, up positive.
-        stay: whether it asks to stay, without any motion.
+        stay: whether the reply asks to stay, without any motion.
         outcome: `chosen`, `repaired` or `unreadable`.
-        notes: remarks on the reading, one line each.
+        notes: remarks on how the reply was read, one line each.
     """
 
     translate: Translation | None = None
@@ -87,7 +88,7 @@ class Command:
 
     @property
     def idle(self) -> bool:
-        """True if the command moves nothing: "stay", an unreadable reply, or amounts of zero."""
+        """True if the command moves nothing: it is "stay", unreadable, or all its amounts are zero."""
         return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
 
     @property
@@ -97,15 +98,15 @@ class Command:
 
     @property
     def kind(self) -> str:
-        """Its kind, one of `foundry.records.COMMAND_KINDS`."""
+        """The command's kind, one of `foundry.records.COMMAND_KINDS`."""
         way = self.translate or Translation(0.0, 0.0)
         return command_kind(way.bearing, way.distance, self.turn or 0.0, self.gaze or 0.0)
 
 
 def every_kind(limits: Limits) -> tuple[Command, ...]:
-    """Return a command of each kind that moves, with default amounts within the limits.
+    """Return a command of each kind in `foundry.records.COMMAND_KINDS` but the first, which does not move.
 
-    They are in the order of `foundry.records.COMMAND_KINDS`, without its first kind, which does not move.
+    The commands have the default amounts, clamped to the limits.
     """
     metres = min(limits.default_distance_m, limits.max_distance_m or math.inf)
     turn = min(limits.default_turn_deg, limits.max_turn_deg or math.inf)
@@ -115,7 +116,7 @@ def every_kind(limits: Limits) -> tuple[Command, ...]:
 
 
 def render_command(command: Command) -> str:
-    """Return a command in words; reading these words gives the motions of the command."""
+    """Return a command in words, which are read as the same motions."""
     parts = []
     if command.translate is not None:
         parts.append(_rendered_translation(command.translate))
@@ -136,12 +137,11 @@ def _rendered_translation(translation: Translation) -> str:
 
 
 def _number(value: float) -> str:
-    """Return the shortest digits that read as this number, without sign and exponent."""
     return np.format_float_positional(abs(value), trim="-")
 
 
 def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
-    """Return an amount, clamped between -limit and limit; add a note if it was clamped."""
+    """Return an amount after clamping it to -limit..limit, if there is one; if it was clamped, add a note."""
     if largest is None or abs(asked) <= largest:
         return float(asked)
     notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")
@@ -162,14 +162,14 @@ def command_record(command: Command) -> dict[str, Any]:
 
 
 def recorded_command(step: CameraStep) -> Command:
-    """Return the command of a recorded decision; the inverse of `command_record`."""
+    """Return the command of a recorded decision."""
     said = step.command
     translate = None if said["translate"] is None else Translation(**said["translate"])
     return Command(translate, said["turn"], said["gaze"], said["stay"], step.outcome, step.notes)
 
 
 def describe(command: Command, record: CameraStep) -> str:
-    """Return a short phrase with the understood command and its result."""
+    """Return a short phrase that says how a decision was understood, and what stopped the agent, if anything."""
     said = str(record.outcome)
     if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED):
         said = f"answers {record.command['answer']}" if "answer" in record.command else render_command(command)

@@ -1,21 +1,22 @@
-"""Reads the movement that a reply in plain language asks for; never invents a movement.
+"""Reads the motions that a reply in plain language asks for, and never invents a motion.
 
-Translation, turn of the body and turn of the gaze are read separately, each from its latest occurrence in the text.
+Translation, turn of the body and turn of the gaze are read separately. The last mention of each in the text counts.
 "stay" revokes earlier sentences. A direction counts only with a verb of motion, after another command, or in a sentence
-without other content. No commands are: negated, possible or conditional motions, questions, examples, reports of
-earlier steps or of others, purposes, postponed motions (`language.telling`), quotations and lists of options.
+without other content. These ask for no motion: what is negated, possible or conditional; questions and examples;
+reports of earlier steps or of others; purposes; postponed motions (all in `language.telling`); quotations; lists of
+options.
 
 A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
 
-A reply that is a JSON object is read as JSON. The requested keys are `direction` (one of the words below or null),
-`distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). A missing key, null and 0 mean no
-motion, and a command without any motion is "stay". Other keys are ignored, unless they name the action. An object with
-other keys, such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of its values.
+A reply that is a JSON object is read as JSON. The requested keys are `direction` (a direction such as "forward-left",
+or null), `distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). A missing key, null and 0 mean
+no motion, and a command without any motion is "stay". Other keys are ignored, unless they name the action. An object
+such as {"action": "turn", "direction": "left", "angle": 45} is read as a sentence made of its values.
 
-`chosen`: the reply contains a command. `repaired`: the command is JSON in a part of the reply, or plain language
-although JSON is requested. `unreadable`: the reply contains no command, and nothing moves.
+The outcome is `chosen` if the reply contains a command; `repaired` if the command is JSON in a part of the reply, or
+plain language although JSON is requested; `unreadable` if the reply contains no command, so that nothing moves.
 
-Time is linear in the length of the reply.
+The time is linear in the length of the reply.
 """
 
 import json
@@ -44,7 +45,7 @@ _QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
 _BEFORE = re.compile(rf"(?:\b(?:{_SAID})|{_SAID_CJK})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
 _AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
 _REACH = 24
-"""Number of characters before a quotation that may contain the word that introduces it."""
+"""Number of characters before a quotation in which the word that introduces it is searched."""
 
 _ECHO = re.compile(
     r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|ステップ|第) ?\d{1,4}"
@@ -73,7 +74,7 @@ def without_quotations(text: str) -> str:
 
 
 def _kept(quoted: re.Match[str]) -> str:
-    """Return the replacement of a quotation; it is empty for a repetition of the past at the start of a line."""
+    """Return a quotation, or a blank if it repeats what somebody said or did in an earlier step."""
     text, start, end = quoted.string, quoted.start(), quoted.end()
     line_starts = not text[max(0, start - _REACH) : start].strip()
     follows = _AFTER.match(text, end)
@@ -83,7 +84,7 @@ def _kept(quoted: re.Match[str]) -> str:
 
 
 def _without_lists(text: str) -> str:
-    """Drop the lines of lists below a heading such as "Options:"."""
+    """Return the text without the lines of lists below a heading such as "Options:"."""
     kept: list[str] = []
     listing = False
     for line in text.split("\n"):
@@ -141,7 +142,7 @@ _LABEL_LINE = re.compile(r"\b((?:movement|move|action|decision|command|answer) ?
 
 
 def cleaned(text: str) -> str:
-    """Return the text in lower case, its lines unwrapped, without markdown, tags and LaTeX."""
+    """Return the text in lower case, without markdown, tags, LaTeX, quotations, lists of options and wrapped lines."""
     text = without_quotations(text.translate(_PLAIN))
     if "\\" in text:
         text = _LATEX_COMMAND.sub(" ", _LATEX.sub("°", text))
@@ -175,11 +176,11 @@ _ELSEWHERE = re.compile(
 _BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
 _DEEPEST = 3
 _ACTION, _DIRECTION, _AMOUNT = range(3)
-"""Positions in the constructed sentence."""
+"""The order of the words in a sentence that is made of a JSON object."""
 
 
 def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    """Return the command of an object that names its action, read as a sentence; None for other objects."""
+    """Return the command of a JSON object that names its action, read as a sentence; None for other objects."""
     if not any(_names(key.lower()) for key in found):
         return None
     words = [*_words(found, 0)]
@@ -197,14 +198,14 @@ def _names(key: str) -> bool:
 
 
 def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
-    """Yield the words of a movement in an object: the action, the direction, and the amount."""
+    """Yield the words of a JSON object that describe a motion: the action, the direction, and the amount."""
     unit = next((str(value) for key, value in found.items() if _UNITS.search(key.lower())), "")
     said = [part for key, value in found.items() for part in _said(key.lower(), value, unit, depth)]
     yield from (text for _, text in sorted(said, key=lambda part: part[0]) if text)
 
 
 def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, str]]:
-    """Yield the words for one key, each with its position in the sentence."""
+    """Yield the words for one key of a JSON object, each with its place in the order of the sentence."""
     if _ELSEWHERE.search(key) or _UNITS.search(key):
         return
     if isinstance(value, dict | list):
@@ -244,7 +245,6 @@ def _measured(key: str, unit: str) -> str | None:
 
 
 def _number(value: Any) -> str:
-    """Return the digits of a valid number, else ""."""
     return f"{value:f}" if type(value) in (int, float) and value and abs(value) <= LARGEST else ""
 
 
@@ -259,7 +259,7 @@ _FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
 
 
 def whole_command(reply: str, limits: Limits) -> Command | None:
-    """Return the command that makes up the whole reply apart from thinking and code fences, or None."""
+    """Return the command of a reply that is one JSON object, apart from thinking and code fences, or None."""
     found = whole_object(reply)
     if found is not None:
         return _command(found, limits, Outcome.CHOSEN)
@@ -268,7 +268,7 @@ def whole_command(reply: str, limits: Limits) -> Command | None:
 
 
 def embedded_command(reply: str, limits: Limits) -> Command | None:
-    """Return the command of the last object in the reply that is a command, or None."""
+    """Return the command of the last JSON object in a reply that is a command, or None."""
     objects = reversed(find_objects(without_thinking(reply)))
     commands = (_command(found, limits, Outcome.REPAIRED) for found in objects)
     return next((command for command in commands if command is not None), None)
@@ -289,7 +289,7 @@ def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command
 
 
 def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    """Return the command of an object with the keys that the prompt requests."""
+    """Return the command of a JSON object with the keys that the prompt requests, or None."""
     if not found.keys() & _KEYS or not _is_sound(found):
         return None
     notes: list[str] = []
@@ -319,7 +319,6 @@ def _is_sound(found: dict[str, Any]) -> bool:
 
 
 def _direction(found: dict[str, Any]) -> str:
-    """Return the normalised direction; an invalid direction is returned unchanged, and rejected later."""
     value = found.get("direction")
     if value is None:
         return ""
@@ -332,15 +331,15 @@ SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.
 
 
 class Interpreter(ABC):
-    """Converts replies to commands; equal replies give equal commands."""
+    """Converts replies to commands; the same reply always gives the same command."""
 
     @abstractmethod
     def read(self, reply: str, limits: Limits | None = None) -> Command:
-        """Return the command in a reply; without limits nothing is clamped, and the defaults of `Limits` apply."""
+        """Return the command in a reply; without limits, amounts have the defaults of `Limits` and are not clamped."""
 
 
 class LatestInterpreter(Interpreter):
-    """Reads the whole reply; the latest occurrence of each kind of motion counts."""
+    """Reads the whole reply; the last mention of each kind of motion counts."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""
@@ -357,7 +356,7 @@ class LastSentenceInterpreter(Interpreter):
 
 
 class JsonInterpreter(Interpreter):
-    """Reads the JSON command that the prompt `json` requests; plain language instead of it is `repaired`."""
+    """Reads the JSON command that the prompt `json` requests; a command in plain language is `repaired`."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""
@@ -372,18 +371,17 @@ class JsonInterpreter(Interpreter):
 
 
 def interpret(reply: str, limits: Limits | None = None) -> Command:
-    """Return the command in a reply; a pure function that never raises.
-
-    Args:
-        reply: any text.
-        limits: defaults and limits; None for the defaults of `Limits`, without clamping.
-    """
+    """Return the command in a reply, which may be any text; without limits, no amount is clamped."""
     limits = limits or Limits()
     return whole_command(reply, limits) or resolve(cleaned(without_thinking(reply)), limits)
 
 
 def read_replies(lines: Iterable[str], *, limited: bool) -> Iterator[str]:
-    """Yield a JSON object for each reply; each line is a reply as a JSON string.
+    """Yield the command in each reply as a JSON object.
+
+    Args:
+        lines: the replies, each as a JSON string.
+        limited: whether amounts are clamped to the limits of the shipped worlds.
 
     Raises:
         InputError: a line is not a JSON string.

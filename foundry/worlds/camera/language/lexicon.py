@@ -1,10 +1,10 @@
-"""The words that determine the reading of a sentence, in the languages of the files beside this one.
+"""The words by which replies are read, from one file per language.
 
 Each entry of a file states a meaning, by the fields of `Word`, and the phrases that have it, in lower case:
 
-words       phrases; ` | ` or a line break separates them, and `{a|b}` stands for either
-inflection  name of the endings of these words, which are in `inflections`
-forms       verbs, one a line, each in the forms of `Form`
+words       phrases; ` | ` or a line break separates them, and `{a|b}` stands for a or b
+inflection  name of the endings of these words, which `inflections` lists
+forms       verbs, one a line, each with its forms in the order of `Form`
 numbers     number words with their values: `one=1 two=2`
 """
 
@@ -19,7 +19,7 @@ import msgspec
 
 
 class Kind(StrEnum):
-    """The role of a word in a sentence."""
+    """The role that a word has in a sentence."""
 
     VERB = auto()  # asks for a motion; see Act
     WAY = auto()  # names a direction
@@ -76,7 +76,7 @@ class Act(StrEnum):
 
 
 class Form(StrEnum):
-    """The form of a verb, as far as it affects the reading."""
+    """The form of a verb, as far as it matters."""
 
     PLAIN = auto()
     ING = auto()
@@ -85,7 +85,7 @@ class Form(StrEnum):
 
 
 class Side(StrEnum):
-    """The place of the words that belong to a verb."""
+    """Where the words that belong to a verb stand."""
 
     AFTER = auto()
     BEFORE = auto()
@@ -105,7 +105,7 @@ class Way(StrEnum):
 
 
 class Dimension(StrEnum):
-    """The quantity of a unit; the factors convert to metres and degrees."""
+    """The quantity that a unit measures; lengths are converted to metres, angles to degrees."""
 
     LENGTH = auto()
     ANGLE = auto()
@@ -118,18 +118,18 @@ class Word(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Attributes:
         kind: role in a sentence.
-        act: for a verb, the motion that it asks for.
-        form: for a verb, its form.
-        side: for a verb, the place of its direction and amount.
-        ways: the directions that it names or, for a verb, implies; two make a diagonal.
-        goes: for a verb, whether a distance alone means forward: "walk 2 m".
-        number: value of a number, factor of a unit, or degrees that a verb implies, else 0.
-        scale: whether the number multiplies the one before it ("hundred"), or the other agents are several.
-        dimension: for a unit, its quantity.
-        reach: for a negation or possibility, `after` or `before` (the verb before it); for the past, `before` (the
-            sentence so far); for another agent, `both` (across commas too).
-        negated: for a verb, whether its form includes "not".
-        decides: for a negation, whether it is a decision not to move ("will not", unlike "cannot").
+        act: the motion that a verb asks for.
+        form: form of a verb.
+        side: where the direction and the amount of a verb stand.
+        ways: the directions that a word names or a verb implies; two make a diagonal.
+        goes: whether a verb with a distance alone means forward, as in "walk 2 m".
+        number: value of a number, factor of a unit, or degrees that a verb implies; else 0.
+        scale: whether a number multiplies the one before it, as "hundred" does, or other agents are several.
+        dimension: quantity of a unit.
+        reach: where the words are that a word applies to. `after` is the default. `before` is the verb before a
+            negation or possibility, or the sentence so far for the past. `both` is after commas too, for other agents.
+        negated: whether the form of a verb includes "not".
+        decides: whether a negation is a decision not to move ("will not", unlike "cannot").
     """
 
     kind: Kind
@@ -156,13 +156,13 @@ class _Meaning(Word, frozen=True, kw_only=True):
 
 
 class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The endings of words.
+    """The endings of verbs.
 
     Attributes:
-        asking: endings with the meaning of the word.
-        past: endings of its past.
-        other: endings that make it no command.
-        plain: the ending before the words of `_Language.afterwards`.
+        asking: endings that keep the verb's meaning.
+        past: endings that put it into the past.
+        other: endings with which it asks for no motion.
+        plain: the ending that comes before the words of `_Language.afterwards`.
     """
 
     asking: tuple[str, ...] = ("",)
@@ -172,7 +172,7 @@ class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class _Language(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A language's file; `afterwards` are words after a plain form of a verb that make it no command."""
+    """A language's file; with one of the words `afterwards` behind it, a verb's plain form asks for no motion."""
 
     meanings: list[_Meaning]
     inflections: dict[str, _Inflection] = {}
@@ -204,7 +204,7 @@ Table: TypeAlias = Mapping[str, Word]
 
 
 def read_language(name: str) -> Table:
-    """Return the meanings of a language's phrases; of several meanings, the last one in its file."""
+    """Return the meaning of each phrase of a language; the last one in the file if a phrase has several."""
     content = Path(__file__).with_name(f"{name}.toml").read_bytes()
     language = msgspec.toml.decode(content, type=_Language)
     return {phrase: word for meaning in language.meanings for phrase, word in language.phrases(meaning)}

@@ -1,7 +1,7 @@
-"""Splits a cleaned text into sentences and tokens, by one regular expression for the tables of all languages.
+"""Splits a cleaned text into sentences, segments and tokens, and merges numbers and units into amounts.
 
-It finds the sentences that may name a movement, merges numbers and units into amounts, and splits sentences into
-segments. Time is linear in the length of the text.
+Only sentences that may name a movement are read. One regular expression finds the words of all languages. The time is
+linear in the length of the text.
 """
 
 import math
@@ -25,8 +25,8 @@ class Token:
 
     Attributes:
         text: its text in lower case.
-        number: value of digits.
-        signed: whether digits have a sign.
+        number: value of its digits.
+        signed: whether its digits have a sign.
     """
 
     word: Word
@@ -41,7 +41,7 @@ class Token:
 
 
 def _alternatives(names: Iterable[str]) -> str:
-    """Return an expression for any of the names, the longest first; Latin names match whole words only."""
+    """Return a regular expression for any of the names, the longest first; Latin names match whole words only."""
     latin: list[str] = []
     other: list[str] = []
     for name in sorted(names):
@@ -51,7 +51,7 @@ def _alternatives(names: Iterable[str]) -> str:
 
 
 def _branches(names: Sequence[str]) -> str:
-    """Return an expression for sorted names that shares their beginnings, so that few names are tried at a position."""
+    """Return a regular expression for sorted names that shares their beginnings, so that few of them are tried."""
     shared = os.path.commonprefix(names)
     rests = [name[len(shared) :] for name in names]
     ends = "" in rests
@@ -83,7 +83,7 @@ _SIGNS = {"or": Word(Kind.OR), "range": Word(Kind.UNKNOWN), "mark": Word(Kind.BR
 
 
 def tokens(text: str) -> list[Token]:
-    """Return the tokens of a cleaned text, without anything but words, numbers and marks."""
+    """Return the words, numbers and marks of a cleaned text."""
     return [_token(match) for match in _TOKEN.finditer(text)]
 
 
@@ -136,8 +136,8 @@ class Amount(Token):
     """A number with its unit.
 
     Attributes:
-        number: metres, degrees, steps, or the plain number.
-        dimension: quantity of the unit, or None without one.
+        number: metres, degrees or steps; without a unit, the plain number.
+        dimension: quantity of the unit, or None without a unit.
         remark: note on how the amount was read, or "".
     """
 
@@ -155,7 +155,7 @@ class _Number:
 
 
 def with_amounts(tokens: Sequence[Token]) -> list[Token]:
-    """Return the tokens with every number and its unit merged into an `Amount`."""
+    """Return the tokens, with each number and its unit replaced by one `Amount`."""
     merged: list[Token] = []
     position = 0
     while position < len(tokens):
@@ -209,7 +209,7 @@ def _unit(tokens: Sequence[Token], at: int) -> Word | None:
 
 
 def _range(tokens: Sequence[Token], start: int) -> _Number | None:
-    """Read "1-2", "1 to 2", "between 1 and 2": the smaller number, with a remark."""
+    """Read a number, or a range such as "1-2" or "between 1 and 2" as its smaller number, with a remark."""
     first = _number(tokens, start)
     if first is None or first.article or first.end + 1 >= len(tokens):
         return first
@@ -248,7 +248,7 @@ def _digits(tokens: Sequence[Token], start: int) -> _Number:
 
 
 def _words(tokens: Sequence[Token], start: int) -> _Number:
-    """Read number words: "one hundred and eighty", "two and a half", "three quarters of a", 百八十."""
+    """Read a number in words, such as "one hundred and eighty", "two and a half", "three quarters of a", 百八十."""
     total = pending = 0.0
     at = start
     while at < len(tokens):
@@ -279,7 +279,7 @@ def _is_whole(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _after_of(tokens: Sequence[Token], at: int) -> int:
-    """Return the index after "of a" or "a" if a unit follows: "half a metre", "a couple of steps"."""
+    """Return the index after "of a" or "a" if a unit follows, as in "half a metre" or "a couple of steps"."""
     end = at
     if end < len(tokens) and tokens[end].kind is Kind.OF:
         end += 1
@@ -302,7 +302,7 @@ def _decimals(tokens: Sequence[Token], at: int, whole: float) -> _Number:
 
 
 def _half(tokens: Sequence[Token], at: int) -> int | None:
-    """Return the index after "and a half", or None."""
+    """Return the index after "and a half" at this index, or None."""
     for length in (3, 2, 1):
         if tuple(token.text for token in tokens[at : at + length]) in _HALVES:
             return at + length
@@ -310,13 +310,13 @@ def _half(tokens: Sequence[Token], at: int) -> int | None:
 
 
 MAX_WORDS = 1000
-"""Maximum number of words that may name a movement; of more, the last words of the text are read."""
+"""Largest number of words that may name a movement; if a text has more, the last ones are read."""
 
 MAX_REACH = 500
-"""Number of characters before and after such a word in which its sentence is searched."""
+"""Number of characters before and after such a word in which the ends of its sentence are searched."""
 
 _AT_CUT = 20
-"""Number of tokens omitted at a cut sentence's end, since they may be incomplete."""
+"""Number of tokens that are left out at the end of a sentence that was cut, since they may be incomplete."""
 
 _NUMERIC = (Kind.DIGITS, Kind.NUMBER, Kind.UNIT)
 _END = re.compile(r"[!?;。\n]|\.(?!\d)")
@@ -345,8 +345,8 @@ class Sentence:
 
     Attributes:
         question: whether it ends with a question mark.
-        whole: whether the sentence was read from its beginning.
-        cut: whether the sentence was too long to be read to its end.
+        whole: whether it was read from its beginning.
+        cut: whether it was too long to be read to its end.
     """
 
     segments: Sequence[Segment]
@@ -390,14 +390,13 @@ def last_sentence(text: str) -> str:
 
 
 def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
-    """Return a sentence; if it had to be cut, without the tokens at the cut."""
     found = with_amounts(_without_asides(tokens(text)))
     segments = _segments(found[:-_AT_CUT] if cut else found)
     return Sentence(segments[1:] if goes_on else segments, text.endswith("?"), whole, cut)
 
 
 def _without_asides(found: Sequence[Token]) -> list[Token]:
-    """Remove repeated amounts in brackets: "two (2) metres", "2 m (about 6 feet) forward"."""
+    """Remove amounts in brackets that repeat the one before, as in "two (2) metres" or "2 m (about 6 feet)"."""
     kept: list[Token] = []
     position = 0
     while position < len(found):

@@ -1,7 +1,7 @@
-"""Finds the parts of a sentence that are not commands.
+"""Finds the words of a sentence that ask for no motion, and says why: each such word has a `Bar`.
 
-Scopes such as "not", "could", "if" and "for example" bar words. Reports of earlier steps and of others, purposes, and
-postponed motions are barred too.
+They are negated, possible, conditional, or an example ("not", "could", "if", "for example"). Or they report an earlier
+step or what others do, state a purpose, or postpone the motion.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from foundry.worlds.camera.language.sentences import Segment, Token
 
 
 class Bar(Enum):
-    """The reason why a word is no command."""
+    """The reason why a word asks for no motion."""
 
     NOT = auto()
     WILL_NOT = auto()  # a decision not to
@@ -37,7 +37,7 @@ _RESETS = frozenset(("instead", "rather"))
 
 
 class Scopes:
-    """Follows the scopes through the segments of one sentence."""
+    """Follows negations, possibilities and conditions through the segments of one sentence."""
 
     def __init__(self) -> None:
         self._not: Bar | None = None
@@ -61,7 +61,6 @@ class Scopes:
             self._condition = False
 
     def _pass(self, token: Token) -> Bar | None:
-        """Process a token and return its bar."""
         if token.kind is Kind.NOT:
             self._not = _bar_of(token)
         elif token.kind is Kind.SEE or token.text in _RESETS:
@@ -80,7 +79,7 @@ class Scopes:
 
 
 def _bar_backwards(tokens: Sequence[Token], bars: list[Bar | None]) -> None:
-    """Bar the verb before a negation or possibility that follows it: "回転する必要はありません"."""
+    """Bar a verb that a negation or possibility follows, as in "回転する必要はありません"."""
     for at, token in enumerate(tokens):
         if token.word.reach == "after":
             continue
@@ -123,16 +122,16 @@ _LABEL = ":"
 
 @dataclass(slots=True)
 class _Scope:
-    """A scope that reaches the following words, and its start."""
+    """A reason that applies to the following words, and the kind of word that began it."""
 
     told: Bar
     kind: Kind
-    wide: bool = False  # across commas too
+    wide: bool = False  # whether it goes on after a comma
 
 
 @dataclass(slots=True)
 class _Seen:
-    """The relevant words of a segment."""
+    """The words of a segment so far: whether a new subject came, the last other agent, the last verb, the bars."""
 
     fresh: bool = False
     other: int | None = None
@@ -141,7 +140,7 @@ class _Seen:
 
 
 class Telling:
-    """Follows the reports through the segments of one sentence."""
+    """Follows reports, purposes and postponed motions through the segments of one sentence."""
 
     def __init__(self, segments: Sequence[Segment]) -> None:
         self._segments = segments
@@ -180,7 +179,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """Continue or end the scope of the previous segment."""
+        """End the scope of the previous segment unless it goes on in this one."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
@@ -200,7 +199,7 @@ class Telling:
             self._scope = None
 
     def _leads_on(self, index: int, scope: _Scope, starts: Sequence[Token]) -> bool:
-        """Return whether the previous segment only states a time: "in the last step,", "once I have turned, I will"."""
+        """Return whether the segment before only states a time, as in "in the last step," or "once I have turned,"."""
         before = self._segments[index - 1].tokens
         if _is_only_time(before):
             return True
@@ -208,7 +207,7 @@ class Telling:
         return will and scope.kind is Kind.LATER and before[0].kind is Kind.LATER
 
     def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
-        """Return whether a segment without a subject continues a report."""
+        """Return whether a segment without a subject goes on with the report of the one before."""
         segment, before = self._segments[index], self._segments[index - 1].tokens[-1].text
         if segment.joint is not None and segment.joint.text == _LABEL:
             return False
@@ -219,7 +218,6 @@ class Telling:
         return carries and scope.kind is Kind.OTHER and bool(told_on)
 
     def _pass(self, token: Token, index: int, at: int) -> None:
-        """Process a token."""
         kind, tokens = token.kind, self._segments[index].tokens
         if self._ends(tokens, at):
             self._scope = None
@@ -231,7 +229,6 @@ class Telling:
             self._scope = _Scope(Bar.TOLD, kind, wide=True)
 
     def _ends(self, tokens: Sequence[Token], at: int) -> bool:
-        """Return whether a token ends the current scope."""
         if self._scope is None:
             return False
         if tokens[at].kind in (Kind.NOW, Kind.FIRST, Kind.RETRACT):
@@ -241,7 +238,7 @@ class Telling:
         return self._scope.kind in _CLAUSES and _is_subject(tokens, at)
 
     def _is_done(self, index: int, at: int) -> bool:
-        """Return whether "after" and a motion report the past instead of a plan: "after turning left, move forward"."""
+        """Return whether "after" and a motion report the past; "after turning left, move forward" is a plan."""
         if not any(token.kind is Kind.VERB for token in self._segments[index].tokens[at + 1 :]):
             return False
         following = self._segments[1].tokens if index == 0 and len(self._segments) > 1 else ()
@@ -249,7 +246,7 @@ class Telling:
         return first is None or first.kind is not Kind.VERB or first.word.form is not Form.PLAIN
 
     def _of_verb(self, segment: Segment, at: int, seen: _Seen) -> Bar | None:
-        """Return the bar of a verb, given its form and the words before it."""
+        """Return the bar that a verb gets from its form and the words before it, or None."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.PAST:
             self._scope = _Scope(Bar.TOLD, Kind.VERB)
@@ -264,7 +261,7 @@ class Telling:
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
     def _leave(self, index: int, seen: _Seen) -> None:
-        """Apply the tense of a segment to its earlier verbs."""
+        """Bar the verbs before the word of a segment that puts all of it into the past or the future."""
         tokens = self._segments[index].tokens
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]
@@ -278,7 +275,7 @@ class Telling:
 
 
 def _is_objection(segment: Segment) -> bool:
-    """Return whether a segment says why a wish cannot be fulfilled: "but the way is blocked"."""
+    """Return whether a segment says why a wish cannot be fulfilled, as in "but the way is blocked"."""
     return segment.joint is not None and segment.joint.text in _BUT and len(segment.tokens) > 2
 
 
@@ -287,7 +284,7 @@ def _is_put_off(token: Token) -> bool:
 
 
 def _past_to(segments: Sequence[Segment]) -> tuple[int, int]:
-    """Return the segment and token up to which the sentence is in the past: "...進み、...回転しましたが"."""
+    """Return the segment and the token up to which the sentence is in the past, as in "...進み、...回転しましたが"."""
     for index in range(len(segments) - 1, -1, -1):
         for at in range(len(segments[index].tokens) - 1, -1, -1):
             token = segments[index].tokens[at]
@@ -302,13 +299,13 @@ def _is_only_time(tokens: Sequence[Token]) -> bool:
 
 
 def _is_subject(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a token starts a new clause: "in order to see it I move"."""
+    """Return whether a token begins a new clause, as "I" does in "in order to see it I move"."""
     token, before = tokens[at], tokens[at - 1].kind if at else None
     return token.kind is Kind.FRESH and token.text not in _WILL and before not in (Kind.PURPOSE, Kind.AFTER, None)
 
 
 def _is_told_goal(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether the following words define a goal: "the goal is to", "Task:"."""
+    """Return whether the words after "goal" say what the goal is, as in "the goal is to" or "Task:"."""
     after = tokens[at + 1 :]
     to = any(first.text == "to" and then.kind is Kind.VERB for first, then in pairwise(after))
     return to or not after or any(token.text in _IS_TO or token.kind is Kind.PURPOSE for token in after)
@@ -346,7 +343,7 @@ def _is_progressive(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_reduced(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a verb belongs to a noun right before it: "a person walking"."""
+    """Return whether a verb belongs to the noun right before it, as in "a person walking"."""
     if tokens[at - 1].kind is not Kind.UNKNOWN:
         return False
     return any(token.kind in _DETERMINED or token.text in _BEFORE_NOUNS for token in tokens[max(0, at - 4) : at - 1])
@@ -357,12 +354,12 @@ def _is_past(tokens: Sequence[Token]) -> bool:
 
 
 def _has_only_forms(tokens: Sequence[Token]) -> bool:
-    """Return whether no verb of a segment can be a command in the present."""
+    """Return whether each verb of a segment has a form that can only report or go on."""
     return all(token.word.form in _GOING_ON for token in tokens if token.kind is Kind.VERB)
 
 
 def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: bool) -> bool:
-    """Return whether a verb states a purpose: "to move on, I need", "turn left to look at"."""
+    """Return whether a verb states a purpose, as in "to move on, I need" or "turn left to look at"."""
     start = at
     while start and tokens[start - 1].kind in (Kind.FILLER, Kind.NOT) and tokens[start - 1].text != "to":
         start -= 1
@@ -377,7 +374,7 @@ def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: 
 
 
 def _is_noun(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a verb is a noun in a report: "my turn to the right has shown"."""
+    """Return whether a verb is a noun in a report, as in "my turn to the right has shown"."""
     if tokens[at].word.act not in (Act.TURN, Act.MOVE) or not at or tokens[at - 1].text not in _NOUNS:
         return False
     return _is_past(tokens[at + 1 :])
