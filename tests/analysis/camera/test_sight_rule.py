@@ -1,6 +1,8 @@
 """Which replies claim to see the target, what else they say is seen, and what labels are."""
 
 import dataclasses
+import json
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -11,88 +13,12 @@ from analysis.camera.sight_rule import claims_to_see, thing_of, things_claimed
 from analysis.camera.sight_words import AMBIGUOUS, THINGS
 from analysis.camera.signatures import recognition
 
-CLAIMS = {
-    "JAXA logo": [
-        "I see the JAXA logo.", "The JAXA logo is visible on the left.", "I see a hatch, racks and the JAXA logo.",
-        "There is a JAXA emblem in front of me.", "I don't see any obstacles and the JAXA logo is straight ahead.",
-        "I have found the logo of JAXA.", "I spotted the JAXA logo! Move forward 1 m.", "That's the JAXA logo.",
-        "I am now very close to the JAXA logo. Stay.", "I've reached the target. Stay.", "The logo is visible.",
-        "I move toward the JAXA logo, which is visible on the right wall.",
-        "JAXA logo visible at center. move forward 2 m", "I can't move further, but I see the JAXA logo on my right.",
-        "Keep the JAXA logo in view. Turn left 5 degrees.", "正面にJAXAのロゴが見えます。前に2m進む。",
-        "JAXAロゴを発見しました。", "壁にJAXAのロゴがあります。", "ハッチは見えないが、JAXAのロゴは見える。",
-        "JAXAのロゴ、ハッチ、ラックが見えます。", "ロゴが見えるので近づきます。",
-        "I am facing a wall with the JAXA logo.", "The JAXA logo is not far, I can see it: it is the JAXA logo.",
-        "**I see the JAXA logo**",
-    ],
-    "picture 3": [
-        "I see picture 3 on the wall.",
-        "Picture number 3 is to the left.",
-        "I see painting #3.",
-        "3番の絵が見えます。",
-        "I see pictures; picture 03 is ahead.",
-    ],
-    "refrigerator": ["The fridge is on the right side."],
-    "fire extinguisher": [
-        "There's an extinguisher on the wall.",
-        "消火器が見えます",
-    ],
-    "sofa": ["I see the couch."],
-    "coffee machine": ["I see a coffee maker on the counter."],
-    "globe": ["Looking at the globe now. Stay."],
-    "red valve": ["I notice a red valve on the pipe."],
-    "printer": ["The image shows a corridor with a printer at the end."],
-    "whiteboard": ["I see and approach the whiteboard: it is right ahead."],
-}  # fmt: skip
 
-NO_CLAIMS = {
-    "JAXA logo": [
-        "I know where the JAXA logo is. Move forward 3 m.", "I don't see the JAXA logo.",
-        "I do not see the JAXA logo yet, so I turn left.", "No logo visible.", "No JAXA logo is visible here.",
-        "I am looking for the JAXA logo.", "I see racks but no JAXA logo.", "The JAXA logo might be on the left wall.",
-        "Move toward the JAXA logo.", "Can I see the JAXA logo?", "I will turn until I see the JAXA logo.",
-        "Turn left to see the JAXA logo.", "The JAXA logo is nowhere to be seen.", "I see a wall. Stay.", "",
-        "The NASA logo is visible? no", "<think>I see the JAXA logo</think> Turn left.",
-        "I have not yet clearly seen or spotted the JAXA logo.", "JAXAのロゴは見えません。右に45度回転します。",
-        "JAXAのロゴを探します。", "壁とハッチが見えますが、JAXAのロゴはまだ見えません。",
-        "JAXAのロゴを見つけるために右を向きます。", "JAXAのロゴに近づきます。", "JAXAのロゴがあるかもしれません。",
-        "I look around. Turn left 45.00 degrees.", "If the JAXA logo is visible I will stop.",
-    ],
-    "picture 3": [
-        "I see picture 13 on the wall.",
-        "I see a picture 3 m away.",
-        "I see a picture.",
-    ],
-    "coffee machine": ["I see a vending machine."],
-    "water cooler": ["I see a water pipe."],
-    "safe": ["It is safely stored: I see a globe."],
-    "printer": ["I see a sign pointing to the printer."],
-}  # fmt: skip
-
-OTHER_LANGUAGES = [
-    "Ich sehe das JAXA-Logo an der Wand.", "Je ne vois pas le logo JAXA.", "Veo el logo de JAXA a la izquierda.",
-    "Я вижу логотип JAXA.", "JAXA 로고가 보입니다.", "我看到JAXA标志在前方。向前走2米。",
-    "<think>I see the logo</think> Ich drehe mich nach links.",
-]  # fmt: skip
-
-
-def pairs(table: dict[str, list[str]]) -> list[tuple[str, str]]:
-    return [(target, text) for target, texts in table.items() for text in texts]
-
-
-@pytest.mark.parametrize(("target", "text"), pairs(CLAIMS))
-def test_a_reply_that_says_the_target_is_there_is_a_claim(target: str, text: str):
-    assert claims_to_see(text, target)
-
-
-@pytest.mark.parametrize(("target", "text"), pairs(NO_CLAIMS))
-def test_a_reply_that_denies_seeks_or_guesses_is_none(target: str, text: str):
-    assert not claims_to_see(text, target)
-
-
-@pytest.mark.parametrize("text", OTHER_LANGUAGES)
-def test_a_reply_in_another_language_has_no_label(text: str):
-    assert claims_to_see(text, "JAXA logo") is None
+def test_a_reply_claims_to_see_the_target_or_not_or_is_in_another_language():
+    """A reply that denies, seeks or guesses claims nothing."""
+    for line in Path(__file__).with_name("claims.jsonl").read_text(encoding="utf-8").splitlines():
+        label = json.loads(line)
+        assert claims_to_see(label["text"], label["target"]) is label["claim"], line
 
 
 @given(

@@ -1,10 +1,6 @@
 """The view shows what is there, where it is, and the same pixels every time; other renderers show the same."""
 
-import hashlib
 import io
-import os
-import subprocess
-import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -132,24 +128,6 @@ def test_a_pose_seen_again_gives_the_same_bytes_by_the_one_renderer_of_a_scene_a
     assert renderer_for(room, width=64, height=48, fov_deg=60.0) is not renderer
 
 
-@pytest.mark.slow
-def test_another_process_gives_the_same_bytes(room: Scene) -> None:
-    script = """
-import hashlib, sys
-from pathlib import Path
-import numpy as np
-from foundry.worlds.camera.eye.likeness import likeness, likeness_of
-from foundry.worlds.camera.eye.rendering import png, renderer_for
-from foundry.worlds.camera.loading.stage import load_scene
-renderer = renderer_for(load_scene(Path(sys.argv[1])), width=128, height=96, fov_deg=60.0)
-print(hashlib.sha256(png(renderer.view(np.array([0.0, 0.0, 2.0]), 37, -12))).hexdigest())
-"""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    command = [sys.executable, "-c", script, room.source]
-    out = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
-    assert out.strip() == hashlib.sha256(png(look(room, 37, -12))).hexdigest()
-
-
 def test_another_thread_may_not_use_a_renderer(room: Scene) -> None:
     renderer = renderer_for(room, width=128, height=96, fov_deg=60.0)
     caught: list[str] = []
@@ -164,29 +142,6 @@ def test_another_thread_may_not_use_a_renderer(room: Scene) -> None:
     thread.start()
     thread.join()
     assert caught == ["Only the thread that made a canvas can draw on it; in another one it stays black."]
-
-
-@pytest.mark.exhaustive
-def test_the_memory_of_frames_serves_later_ones(room: Scene) -> None:
-    renderer = renderer_for(room, width=512, height=384, fov_deg=70.0)
-
-    def growth_kb() -> int:
-        before = held_kb()
-        for number in range(200):
-            renderer.view(EYE, number, 0)
-            renderer.visible(EYE, number, 0)
-        return held_kb() - before
-
-    assert any(growth_kb() <= 0 for _ in range(10)), "every two hundred frames take more"
-
-
-def held_kb() -> int:
-    """Return the memory that this process has for itself, wherever the system puts it."""
-    status = Path("/proc/self/status")
-    text = status.read_text(encoding="utf-8") if status.exists() else ""
-    if "RssAnon" not in text:
-        pytest.skip("only Linux tells how much memory a process holds now")
-    return sum(int(line.split()[1]) for line in text.splitlines() if line.startswith(("RssAnon:", "VmSwap:")))
 
 
 @pytest.fixture
