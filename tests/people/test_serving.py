@@ -12,10 +12,8 @@ from foundry.commands.view import told_to
 from foundry.errors import Interrupted
 from foundry.models.base import ChatMessage, Request
 from foundry.models.human.desk import Desk
-from foundry.viewer.files import POLICY
 from foundry.viewer.http import running
 from foundry.viewer.people.people_server import PeopleServer
-from foundry.viewer.people.private import PAGE
 from sittings import Person
 
 
@@ -156,8 +154,3 @@ def test_the_seconds_of_an_answer_begin_when_its_question_is_shown():
         return first.timings["latency"], second.timings["latency"]
 
     assert asyncio.run(ask()) == (5.0, 2.0)
-
-
-def test_the_page_repeats_the_policy_of_the_server():
-    page = (PAGE / "index.html").read_text(encoding="utf-8")
-    assert f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">' in page

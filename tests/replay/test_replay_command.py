@@ -39,13 +39,12 @@ def test_pictures_go_beside_the_analysis_and_equal_the_saved_ones(grid_runs: lis
 @pytest.mark.slow
 def test_an_mp4_shows_the_pictures_at_the_rate_asked_for(grid_runs: list[RunFolder], workspace: Path):
     run = grid_runs[0]
-    done = replay(run.path, "--steps", "0,3,6", "--video", "run.mp4", "--fps", 2, cwd=workspace)
-    assert done.stdout == "wrote run.mp4: 3 pictures, 2 a second\n", done.stderr
+    done = replay(run.path, "--steps", "0,6", "--video", "run.mp4", "--fps", 2, cwd=workspace)
+    assert done.stdout == "wrote run.mp4: 2 pictures, 2 a second\n", done.stderr
     frames = film(workspace / "run.mp4", 60 + 800 + 156, 800)
-    assert len(frames) == 3
     saved = np.asarray(Image.open(run.path / "frames" / "step_0006.png").convert("RGB"), int)
-    assert np.abs(frames[2][60:860] - saved).mean() < 2
-    assert imageio_ffmpeg.count_frames_and_secs(str(workspace / "run.mp4")) == (3, 1.5)
+    assert len(frames) == 2 and np.abs(frames[1][60:860] - saved).mean() < 2
+    assert imageio_ffmpeg.count_frames_and_secs(str(workspace / "run.mp4")) == (2, 1.0)
     assert [file.name for file in workspace.iterdir()] == ["run.mp4"]
 
 

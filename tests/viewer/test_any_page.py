@@ -14,9 +14,9 @@ from foundry.storing.store import RunFolder, SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_rounds import STEPS, Playing
-from made_up_runs import HOSTILE
 from ollama_cases import Body
 from ollama_server import OllamaServer
+from viewer_pages import shown
 
 pytestmark = pytest.mark.browser
 
@@ -54,16 +54,16 @@ SCORED = """() => {
   curves.draw();
   return [curves.title.textContent, curves.known.textContent];
 }"""
-ORANGE, GREEN = "230,159,0", "0,158,115"
+ORANGE = "230,159,0"
 
 
 @pytest.fixture(scope="module")
 def bar(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
-    """Two models: as it is; and one in which agents do otherwise from step 4 on, and write hostile texts."""
+    """Two models; the agents of the second do otherwise from step 4 on."""
     made = rounds.sweep(tmp_path_factory.mktemp("bar") / "bar")
     first, second = made.runs()
     rounds.whole_run(first)
-    rounds.whole_run(second, rounds.otherwise, reply=HOSTILE)
+    rounds.whole_run(second, rounds.otherwise)
     return made
 
 
@@ -183,12 +183,8 @@ def test_keys_lead_to_failures_and_messages_of_all_agents_or_of_one(page: Any, s
     assert page.text_content(".where") == f"step 7 of {STEPS}", "agent 0 is repaired at step 7 and fails nowhere"
 
 
-def test_messages_are_found_and_what_a_model_wrote_is_never_run(page: Any, served: ViewServer, bar: SweepFolder):
+def test_messages_are_found(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar, "?step=2&agent=1", index=1)
-    page.wait_for_selector("details[data-kind=go]")
-    page.click("details[data-kind=go] summary")
-    assert "<script>window.hacked = 1</script>" in page.text_content("details[data-kind=go] .reply")
-    assert page.evaluate("() => window.hacked") is None
     page.keyboard.press("/")
     page.fill("[aria-label='Search in messages']", "something ELSE")
     page.keyboard.press("Enter")
@@ -260,22 +256,19 @@ FAIL_ONCE = """() => {
 def test_many_agents_are_shown_a_page_of_lines_at_a_time(page: Any, tmp_path: Path):
     made = rounds.sweep(tmp_path / "many", models=("first",), agents=60, steps=2)
     rounds.whole_run(made.runs()[0])
-    with serving(made.path) as server:
-        viewer_pages.go(page, server.url, f"run/many/{made.runs()[0].id}")
+    with shown(page, made, f"run/many/{made.runs()[0].id}"):
         page.click("summary >> text=decisions of step 1")
         page.wait_for_selector(".lines tr[data-agent]")
         assert page.locator(".lines tr[data-agent]").count() == 100
         page.click("[aria-label='Next rows'] >> nth=0")
         assert page.locator(".lines tr[data-agent]").count() == 80
         assert "101 to 180 of 180" in page.text_content(".lines-box .pager")
-        page.goto("about:blank")
 
 
 def test_the_numbers_of_a_single_step_can_be_seen(page: Any, tmp_path: Path):
     made = rounds.sweep(tmp_path / "single", models=("first",), steps=1)
     rounds.whole_run(made.runs()[0])
-    with serving(made.path) as server:
-        viewer_pages.go(page, server.url, f"run/single/{made.runs()[0].id}")
+    with shown(page, made, f"run/single/{made.runs()[0].id}"):
         page.wait_for_function("() => Foundry.page.curves?.loaded === 1")
         painted(page)
         accent, first = page.evaluate(TONE, "accent"), page.evaluate("() => Foundry.page.curves.lines()[0].colour")
@@ -283,19 +276,6 @@ def test_the_numbers_of_a_single_step_can_be_seen(page: Any, tmp_path: Path):
         assert page.evaluate(PAINTED, [chart, accent]) >= 8
         first = page.evaluate(TONE.replace("Foundry.dom.color(name)", "name"), first)
         assert page.evaluate(PAINTED, [curves, first]) >= 6
-        page.goto("about:blank")
-
-
-def test_the_exported_page_works_without_a_server(page: Any, bar: SweepFolder, tmp_path: Path):
-    exported = export(bar.path, tmp_path / "page", trusted=TRUSTED)
-    viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[1].id}?step=4&agent=2")
-    page.wait_for_function(LOADED, arg=STEPS)
-    painted(page)
-    assert page.evaluate(CELL, [2, 5]) == GREEN
-    page.wait_for_selector("details[data-kind=go] .prompt", state="attached")
-    page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
-    page.wait_for_selector("[aria-label='Lines of evenings'] td")
-    page.goto("about:blank")
 
 
 def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any, bar: SweepFolder, tmp_path: Path):

@@ -8,8 +8,9 @@ import pytest
 import viewer_pages
 from browser import browser_page
 from foundry.storing.store import SweepFolder
-from foundry.viewer.server import ViewServer, serving
+from foundry.viewer.server import ViewServer
 from made_up_runs import STEPS, sweep, whole_run
+from viewer_pages import shown
 
 pytestmark = pytest.mark.browser
 
@@ -51,8 +52,7 @@ def test_the_overview_lists_sorts_and_filters_the_runs(page: Any, server: ViewSe
 
 def test_the_head_stays_above_the_rows_and_the_next_page_is_read_from_its_top(page: Any, tmp_path: Path):
     made = sweep(tmp_path / "many", models=("first",), seeds=range(130))
-    with serving(made.path) as server:
-        go(page, server, "sweep/many")
+    with shown(page, made, "sweep/many"):
         page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 100")
         page.eval_on_selector("[aria-label=Runs]", "box => { box.scrollTop = box.scrollHeight; }")
         assert page.evaluate(ABOVE_THE_HEAD) == 0
@@ -62,7 +62,6 @@ def test_the_head_stays_above_the_rows_and_the_next_page_is_read_from_its_top(pa
         assert page.locator("tbody tr[data-run]").first.get_attribute("data-run") == made.runs()[100].id
         page.go_back()
         page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 100")
-        page.goto("about:blank")
 
 
 ABOVE_THE_HEAD = """() => {
@@ -89,14 +88,6 @@ def test_a_run_is_played_paused_stepped_and_scrubbed(page: Any, server: ViewServ
 def middle_of(page: Any, selector: str) -> tuple[float, float]:
     box = page.locator(selector).bounding_box()
     return box["x"] + box["width"] / 2 + 2, box["y"] + box["height"] / 2
-
-
-def test_keys_lead_to_failures_messages_and_fires(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server, run_address(made_up))
-    page.wait_for_function("() => Foundry.page.data.marked === 6")
-    for key, step in [("x", 3), ("x", 4), ("Shift+X", 3), ("m", 4), ("f", 5)]:
-        page.keyboard.press(key)
-        assert where(page) == f"step {step} of {STEPS}", key
 
 
 def test_a_clicked_agent_shows_its_prompts_replies_and_outcome_and_the_grid_is_described_in_words(
@@ -165,12 +156,10 @@ def test_who_perceives_a_fire_and_speaks_has_both_rings(page: Any, tmp_path: Pat
     whole_run(
         made.runs()[0], change=lambda number, agent: {"fires": ("fire1",), "message": "fire!"} if agent == 1 else {}
     )
-    with serving(made.path) as server:
-        go(page, server, f"run/rings/{made.runs()[0].id}?step=2")
+    with shown(page, made, f"run/rings/{made.runs()[0].id}?step=2"):
         page.wait_for_function("() => Foundry.page.grid.spots")
         assert page.evaluate(TONES_BESIDE, [1, ["fire", "talk"]]) == [True, True]
         assert page.evaluate(TONES_BESIDE, [3, ["fire", "talk"]]) == [False, False]
-        page.goto("about:blank")
 
 
 TONES_BESIDE = """([agent, names]) => {
@@ -235,33 +224,6 @@ def test_an_address_that_leads_nowhere_is_said_to_do_so(page: Any, server: ViewS
         assert page.locator("tbody tr[data-run]").count() == 0
 
 
-def test_texts_can_be_read_on_their_ground(page: Any, server: ViewServer):
-    go(page, server, "")
-    for tones in ("light", "dark"):
-        page.emulate_media(color_scheme=tones)
-        assert {name: ratio for name, ratio in page.evaluate(CONTRASTS).items() if ratio < 4.5} == {}, tones
-
-
-CONTRASTS = """() => {
-  const light = (name) => {
-    const probe = document.createElement('canvas').getContext('2d');
-    probe.fillStyle = Foundry.dom.color(name);
-    probe.fillRect(0, 0, 1, 1);
-    const parts = [...probe.getImageData(0, 0, 1, 1).data].slice(0, 3).map((one) => one / 255);
-    const [r, g, b] = parts.map((one) => one <= 0.04045 ? one / 12.92 : ((one + 0.055) / 1.055) ** 2.4);
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  };
-  const found = {};
-  for (const tone of ['ink', 'soft', 'accent', 'bad', 'mended', 'good', 'talk', 'fire']) {
-    for (const ground of ['paper', 'panel', 'quote']) {
-      const [high, low] = [light(tone), light(ground)].sort((a, b) => b - a);
-      found[`${tone} on ${ground}`] = (high + 0.05) / (low + 0.05);
-    }
-  }
-  return found;
-}"""
-
-
 def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, run_address(made_up, rest="?step=1"))
     page.wait_for_function("() => Foundry.page.data.marked === 6")
@@ -308,13 +270,11 @@ def made_of(folder: Path, size: int) -> SweepFolder:
 
 def opened(page: Any, made: SweepFolder, address: str) -> dict[str, float]:
     """Open a page and every text on it; return nodes, signs and the longest word without a place to break it."""
-    with serving(made.path) as server:
-        go(page, server, f"{address}?step=2&agent=1")
+    with shown(page, made, f"{address}?step=2&agent=1"):
         page.wait_for_selector("details[data-kind=action], [data-text]")
         page.evaluate("() => document.querySelectorAll('details.call > summary').forEach((one) => one.click())")
         page.wait_for_selector(".quote", state="attached")
         found: dict[str, float] = page.evaluate(MADE)
-        page.goto("about:blank")
     return found
 
 

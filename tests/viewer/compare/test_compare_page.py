@@ -10,7 +10,7 @@ from foundry.palette import look
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, otherwise, sweep, whole_run
-from viewer_pages import go
+from viewer_pages import go, shown
 
 pytestmark = pytest.mark.browser
 
@@ -144,8 +144,7 @@ def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(p
     failed.end("the server is gone")
     whole_run(second)
     whole_run(third, otherwise)
-    with serving(made.path) as server:
-        go(page, server.url, f"compare/short/{first.id}/{second.id}/{third.id}?step=4&agent=1")
+    with shown(page, made, f"compare/short/{first.id}/{second.id}/{third.id}?step=4&agent=1"):
         page.wait_for_selector("[data-text=message]")
         assert page.text_content("h1") == "first · second · third" and page.locator(".panel").count() == 3
         told = "second said “hello from step 4” and went right; third said “something else” and went right."
@@ -153,7 +152,6 @@ def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(p
         assert "No decision at this step: first." in page.text_content(".replies")
         page.click("[data-text=message] summary")
         assert page.locator("[data-text=message] mark").all_text_contents() == ["hello from step 4", "something else"]
-        page.goto("about:blank")
 
 
 def test_what_runs_differ_in_beside_the_model_is_named(page: Any, server: ViewServer, made_up: SweepFolder):
@@ -208,8 +206,7 @@ def test_names_on_the_map_give_way_to_one_another(page: Any, tmp_path: Path):
     fires = [{"name": "fire1", "start": 1, "position": [0, 1], "intensity": 0.8, "radius": 2}]
     made = sweep(tmp_path / "names", models=("first",), seeds=(0,), places=places, fires=fires, half_size=40)
     whole_run(made.runs()[0], lambda number, agent: {"place": None})
-    with serving(made.path) as server:
-        go(page, server.url, f"run/names/{made.runs()[0].id}")
+    with shown(page, made, f"run/names/{made.runs()[0].id}"):
         page.wait_for_function("() => Foundry.page.grid.spots")
         boxes = page.evaluate(NAMED)
         assert 2 <= len(boxes) < 6
@@ -217,7 +214,6 @@ def test_names_on_the_map_give_way_to_one_another(page: Any, tmp_path: Path):
         assert not any(left < middle[0] < right and y - 12 < middle[1] < y + 3 for left, right, y in boxes)
         for number, (left, right, y) in enumerate(boxes):
             assert all(right < a or left > b or abs(y - other) > 12 for a, b, other in boxes[:number])
-        page.goto("about:blank")
 
 
 NAMED = """() => {
@@ -232,13 +228,11 @@ NAMED = """() => {
 def test_the_number_of_an_agent_in_a_crowd_is_shown_under_the_pointer(page: Any, tmp_path: Path):
     made = sweep(tmp_path / "crowd", models=("first",), seeds=(0,), agents=500, steps=1, half_size=12)
     whole_run(made.runs()[0], lambda number, agent: {"x": agent % 5, "y": agent // 100, "neighbours": ()})
-    with serving(made.path) as server:
-        go(page, server.url, f"run/crowd/{made.runs()[0].id}")
+    with shown(page, made, f"run/crowd/{made.runs()[0].id}"):
         page.wait_for_function("() => Foundry.page.grid.spots")
         assert page.evaluate(WRITTEN) == []
         page.evaluate("() => Foundry.page.grid.hover(...Foundry.page.grid.spots[7])")
         assert len(page.evaluate(WRITTEN)) == 1
-        page.goto("about:blank")
 
 
 WRITTEN = """() => {

@@ -18,7 +18,7 @@ from foundry import own_code
 from foundry.viewer.live import serve_live
 from foundry.viewer.server import serving
 from made_up_runs import Playing, mishaps, sweep, whole_run
-from viewer_pages import go
+from viewer_pages import go, shown
 
 pytestmark = pytest.mark.browser
 
@@ -156,8 +156,7 @@ def test_what_open_runs_do_and_what_failed_is_shown_while_a_sweep_is_played(page
 
 def test_the_end_is_told_by_the_calls_left_and_the_calls_a_second_so_far(page: Any, tmp_path: Path):
     made = sweep(tmp_path / "pace")
-    with serving(made.path) as server:
-        go(page, server.url, "live/pace")
+    with shown(page, made, "live/pace"):
         page.wait_for_selector(".live dl")
         tell = """counts => {
           const live = Foundry.page, runs = live.looks[0].runs;
@@ -171,4 +170,3 @@ def test_the_end_is_told_by_the_calls_left_and_the_calls_a_second_so_far(page: A
         told = page.evaluate(tell, [0, 0, 20, 20, 40])
         assert "5 calls sent per second" in told
         assert re.search(r"in 2 min \(\d\d:\d\d\), if the speed stays the same, not counting calls of second", told)
-        page.goto("about:blank")

@@ -12,7 +12,7 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, sweep, whole_run
-from viewer_pages import SHOWN, go
+from viewer_pages import SHOWN, go, shown
 
 pytestmark = pytest.mark.browser
 
@@ -74,15 +74,13 @@ def test_without_an_analysis_the_matrix_counts_runs_and_what_they_took(page: Any
     made = sweep(tmp_path / "later")
     first, *others = made.runs()
     whole_run(first)
-    with serving(made.path) as server:
-        go(page, server.url, "sweep/later")
+    with shown(page, made, "sweep/later"):
         page.wait_for_selector(".matrix td >> text=1 of 2 runs")
         assert page.locator(".matrix tbody tr").count() == 2
         for run in others:
             whole_run(run)
         page.evaluate("() => Foundry.page.load()")
         page.wait_for_selector(".matrix tr:last-child td >> text=2 of 2 runs")
-        page.goto("about:blank")
 
 
 def test_measures_that_claims_rest_on_are_columns_at_first(page: Any, groups: ViewServer):

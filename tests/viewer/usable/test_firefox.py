@@ -19,10 +19,8 @@ import aiohttp
 import pytest
 
 from browser import is_inside
-from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
-from foundry.viewer.server import serving
-from made_up_runs import STEPS, Playing, sweep
+from made_up_runs import STEPS
 from viewer.usable.conftest import Forms
 
 pytestmark = pytest.mark.firefox
@@ -226,13 +224,6 @@ def test_runs_side_by_side_show_where_they_part(firefox: Firefox, forms: Forms, 
     assert firefox.evaluate("document.querySelectorAll('.panel').length") == 2
 
 
-def test_texts_are_found_in_all_runs(firefox: Firefox, forms: Forms):
-    open_sweep(firefox, forms.server.url)
-    firefox.write(".find input", "hello")
-    firefox.click(".find .found a")
-    firefox.wait_for(is_shown(".inspector .quote"))
-
-
 def test_a_probe_is_gone_through_by_keys(firefox: Firefox, forms: Forms):
     firefox.goto(f"{forms.server.url}#/sweep/probe")
     firefox.wait_for(is_shown(".moment .choices"))
@@ -246,15 +237,3 @@ def test_an_exported_page_is_opened_from_its_files(firefox: Firefox, forms: Form
     firefox.wait_for(at_step(1))
     firefox.press("]")
     firefox.wait_for(is_shown(".inspector .quote"))
-
-
-def test_a_run_is_followed_while_it_is_written(firefox: Firefox, tmp_path: Path):
-    made: SweepFolder = sweep(tmp_path / "grows", models=("first",), seeds=(0,))
-    with serving(made.path) as server:
-        firefox.goto(f"{server.url}#/run/grows/{made.runs()[0].id}")
-        firefox.wait_for("document.querySelector('.where')?.textContent === 'no step yet'")
-        playing = Playing(made.runs()[0])
-        playing.play(1, 4)
-        firefox.wait_for("document.querySelector('.where').textContent === 'after step 4 of 4'")
-        firefox.goto("about:blank")
-        playing.end()

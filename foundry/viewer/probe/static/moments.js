@@ -225,7 +225,7 @@
 
     update(wanted) {
       this.shown = this.matching();
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. The pale bar is the difference between the choices that chance alone would give; the dark bar and the number are the rest. 0: equal choices, 1: no choice in common.`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. Number and dark bar: how much more the choices differ than chance explains, 0 to 1. Pale bar: the part that chance explains.`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
@@ -237,7 +237,7 @@
       [Math.min(distance, floor), Math.max(excess, 0)].forEach((share, index) => { bar.children[index].style.width = `${100 * share}%`; });
       return h("li", {}, h("button", {type: "button", "data-moment": moment.index, onclick: () => this.go(moment)},
         h("strong", {class: "excess"}, fixed(excess)), bar,
-        h("span", {class: "distance"}, distance === null ? "nothing to compare" : `difference ${fixed(distance)}, by chance ${fixed(floor)}`),
+        h("span", {class: "distance"}, distance === null ? "nothing to compare" : `${fixed(distance)} in all, ${fixed(floor)} by chance`),
         h("span", {class: "gist"}, this.gist(moment)), h("small", {}, `${nameOf(moment)} · ${moment.run}`)));
     }
 

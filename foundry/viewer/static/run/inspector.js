@@ -91,7 +91,7 @@
       this.onStep = onStep;
       this.agents = new foundry.Agents(data, onSelect, decided);
       this.all = h("input", {type: "checkbox", onchange: () => { this.shown = null; this.show(this.step); }});
-      this.allLabel = h("label", {hidden: true}, this.all, " show all steps");
+      this.allLabel = h("label", {hidden: true}, this.all, " all steps");
       this.agent = null;
       this.opened = new Set();
       this.choice = h("select", {"aria-label": "Agent", onchange: () => onSelect(this.choice.value === "" ? null : Number(this.choice.value))});
