@@ -211,7 +211,7 @@ def test_steps_that_lack_an_agent_are_a_record_error(tmp_path: Path):
     whole_run(folder)
     lines = folder.steps_bytes().splitlines(keepends=True)
     folder.stream_path("steps").write_bytes(b"".join(lines[:5] + lines[6:]))
-    with pytest.raises(RecordError, match="not one line per agent and step"):
+    with pytest.raises(RecordError, match="must have one line per step and agent"):
         Resources(made.path).get(f"run/lacks/{folder.id}/frames/0")
 
 
