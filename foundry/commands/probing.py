@@ -228,11 +228,7 @@ class _Sitting:
     page: AskingPage
 
     def checked_for(self, sweep: Sweep) -> Run:
-        """Return a function that plays the runs of a sweep while the page is served.
-
-        Raises:
-            InputError: nobody can be asked.
-        """
+        """Return a function that plays the runs of a sweep while the page is served."""
         from foundry.probing.sitting import people_to_ask
 
         return partial(self._run, people_to_ask(sweep))

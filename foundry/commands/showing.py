@@ -80,11 +80,7 @@ def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis
 
 
 def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder | None:
-    """Return the sweep of a probe, or None if none of the folders is a probe.
-
-    Raises:
-        InputError: a probe is given with other sweeps, or with options that a probe does not have.
-    """
+    """Return the sweep of a probe, or None if none of the folders is a probe."""
     from analysis.load import is_probe
 
     opened = [SweepFolder.open(folder) for folder in folders]

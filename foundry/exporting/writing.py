@@ -15,6 +15,7 @@ import msgspec
 
 from foundry.errors import InputError
 from foundry.records import Call, RunSummary
+from foundry.storing.run_files import sha256_of
 from foundry.storing.store import IMAGES, RunFolder, SweepFolder, ensure_writable, kept_file
 from foundry.trust.privacy import Scrubber
 from foundry.trust.summaries import COMPLETE
@@ -52,7 +53,7 @@ class ExportedRun:
     @cached_property
     def _images(self) -> dict[str, str]:
         names = (name for name in self.folder.pictures() if name.startswith(f"{IMAGES}/"))
-        return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in names}
+        return {sha256_of(kept_file(self.folder.path, name) or b""): name for name in names}
 
     def image(self, sha256: str) -> tuple[str, bytes] | None:
         """Return the name and the content of an image that was sent; None if it was not recorded."""

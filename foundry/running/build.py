@@ -26,9 +26,6 @@ def build(config: Mapping[str, Any]) -> Any:
 
     Parts of the configuration that have a `_target_` are built first. Hydra's `instantiate` is not used, because it
     would resolve `${...}` in texts again, also in prompts and in configurations that someone else recorded.
-
-    Raises:
-        InputError: the class does not exist, or cannot be built from these settings.
     """
     if "_target_" not in config:
         raise InputError(f"The configuration of '{config.get('name', '?')}' has no _target_ to build.")

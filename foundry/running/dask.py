@@ -97,11 +97,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker for its facts and whether it can read a file; return the answers by worker's address.
-
-    Raises:
-        InputError: there are no workers, or a worker has other versions than this process.
-    """
+    """Ask every worker for its facts and whether it can read a file; return the answers by worker's address."""
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)

@@ -1,7 +1,6 @@
 """Exchanges runs through a URL of fsspec: workers send the runs that they played, and the command fetches them."""
 
 import contextlib
-import hashlib
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -18,6 +17,7 @@ from foundry.records import RunSummary
 from foundry.running.lane import LaneSpec, Tally
 from foundry.running.lanes import POLL_S, Lanes
 from foundry.running.progress import most_calls
+from foundry.storing.run_files import sha256_of
 from foundry.storing.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, is_sweep, write_atomically
 from foundry.texts import one_line, without_secrets
 
@@ -53,11 +53,7 @@ class RemoteSweep:
 
     @classmethod
     def open(cls, url: str) -> "RemoteSweep":
-        """Open a URL, without reading there.
-
-        Raises:
-            InputError: the package for this URL is not installed, or its driver refuses the URL.
-        """
+        """Open a URL, without reading there."""
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
@@ -91,11 +87,7 @@ class RemoteSweep:
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
-        """Send `sweep.yaml` to the URL, unless it is already there.
-
-        Raises:
-            InputError: the URL has another sweep, or cannot be used.
-        """
+        """Send `sweep.yaml` to the URL, unless it is already there."""
         try:
             here, there = SweepFolder.open(folder.path).sweep, self._sweep_there()
             if there is None or _grows_into(there, here):
@@ -106,11 +98,7 @@ class RemoteSweep:
             raise InputError(str(error)) from error
 
     def fetch_sweep(self, path: Path) -> SweepFolder:
-        """Fetch `sweep.yaml` into a folder, which may already contain the sweep, and return the folder.
-
-        Raises:
-            InputError: the URL has no sweep, or another one than the folder.
-        """
+        """Fetch `sweep.yaml` into a folder, which may already contain the sweep, and return the folder."""
         there = self._sweep_there()
         if there is None:
             raise InputError(f"There is no sweep at '{self._shown}'. Give the URL that was its runner.remote.")
@@ -203,7 +191,7 @@ def _summary(content: bytes) -> RunSummary | None:
 
 
 def _digest(path: Path) -> str | None:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None
+    return sha256_of(path.read_bytes()) if path.exists() else None
 
 
 @dataclass(frozen=True)
@@ -243,11 +231,7 @@ class RemoteRuns:
         self._runs = {run.id: run for run in folder.runs()}
 
     def begin(self) -> None:
-        """Send `sweep.yaml` to the URL, and fetch the runs that ended there in earlier sessions.
-
-        Raises:
-            InputError: the sweep needs files of its folder, which a URL cannot provide.
-        """
+        """Send `sweep.yaml` to the URL, and fetch the runs that ended there in earlier sessions."""
         if self._folder.scenes() or any("fork" in one.config for one in self._folder.sweep.conditions):
             raise InputError(
                 "Forks and the scenes of a bundle are read from the sweep's folder, so runner.remote cannot be used. "

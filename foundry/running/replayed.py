@@ -1,8 +1,8 @@
 """A model that only gives answers that another sweep recorded."""
 
 import hashlib
-from collections import OrderedDict
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +57,7 @@ class ReplayModel(Model):
         self._sweep = SweepFolder.open(path)
         self._runs = _chosen(self._sweep, of)
         self._of = self._runs[0].config()["model"]["name"]
-        self._tables: OrderedDict[int, AnswerTable] = OrderedDict()
+        self.table = lru_cache(_KEPT_SEEDS)(self._table)
 
     def parameters(self) -> dict[str, Any]:
         """Return the name of the model whose answers are replayed, and the hash of its sweep."""
@@ -65,34 +65,28 @@ class ReplayModel(Model):
 
     def in_run(self, context: RunContext) -> Model:
         """Return a model with the answers of the recorded runs whose calls have the same seed as this run's."""
-        runs = [run for run in self._runs if run.calls_seed == context.calls_seed]
-        if not runs:
+        seeds = {run.calls_seed for run in self._runs}
+        if context.calls_seed not in seeds:
             raise InputError(
                 f"'{self._sweep.path}' holds no run of '{self._of}' whose calls have the seed {context.calls_seed}: "
-                f"it has {_some(sorted({run.calls_seed for run in self._runs}))}."
+                f"it has {_some(sorted(seeds))}."
             )
-        return Replayed(self, runs, context.calls_seed)
+        return Replayed(self, context.calls_seed)
 
     async def ask(self, request: Request) -> Reply:
         """Answer a request from the records of all chosen runs."""
         return AnswerTable(self._sweep.path, self._runs).reply(request)
 
-    def table(self, runs: Sequence[RunFolder], calls_seed: int) -> "AnswerTable":
-        """Return the answers of runs whose calls have this seed; the answers of the latest seeds stay in memory."""
-        if calls_seed not in self._tables:
-            self._tables[calls_seed] = AnswerTable(self._sweep.path, runs)
-            if len(self._tables) > _KEPT_SEEDS:
-                self._tables.popitem(last=False)
-        return self._tables[calls_seed]
+    def _table(self, calls_seed: int) -> "AnswerTable":
+        return AnswerTable(self._sweep.path, [run for run in self._runs if run.calls_seed == calls_seed])
 
 
 class Replayed(Model):
     """Gives the recorded answers to calls of one seed, which are read at the first request."""
 
-    def __init__(self, model: ReplayModel, runs: Sequence[RunFolder], calls_seed: int) -> None:
+    def __init__(self, model: ReplayModel, calls_seed: int) -> None:
         self.name = model.name
         self._model = model
-        self._runs = runs
         self._calls_seed = calls_seed
 
     def parameters(self) -> dict[str, Any]:
@@ -105,7 +99,7 @@ class Replayed(Model):
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Answer requests in order; no request needs a task of its own."""
-        table = self._model.table(self._runs, self._calls_seed)
+        table = self._model.table(self._calls_seed)
         return [table.reply(request) for request in requests]
 
 
@@ -129,11 +123,7 @@ class AnswerTable:
             self._disputed[key] = (first, run)
 
     def reply(self, request: Request) -> Reply:
-        """Return the recorded answer to a request.
-
-        Raises:
-            RequestError: the runs have no answer to it, or different ones.
-        """
+        """Return the recorded answer to a request."""
         key = question_key(request.kind, request.seed, map(logged, request.messages))
         what = f"the {request.kind} question of agent {request.agent} at step {request.step}"
         if key in self._disputed:

@@ -41,11 +41,7 @@ _REFUSED = {
 
 
 def is_there(path: Path) -> bool:
-    """Return whether a file or folder exists, without opening it.
-
-    Raises:
-        RecordError: it is a link, or another kind of file that is not allowed.
-    """
+    """Return whether a file or folder exists, without opening it."""
     return _status(path) is not None
 
 
@@ -134,11 +130,7 @@ def read_config(file: Path) -> Any:
 
 
 def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
-    """Return the value of a YAML text; errors name its origin `where`.
-
-    Raises:
-        RecordError: the text is not valid YAML, or exceeds a limit.
-    """
+    """Return the value of a YAML text; errors name its origin `where`."""
     if len(text) > LARGEST:
         raise RecordError(f"{where} is refused: it has {len(text):,} characters, more than {LARGEST:,}.")
     if _depth(_RUN_LINE.sub("", text), where) > DEEPEST:

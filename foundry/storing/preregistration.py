@@ -1,6 +1,5 @@
 """The plan that is declared before the runs (`preregistration.yaml`), and the comparisons looked at (`looks.jsonl`)."""
 
-import hashlib
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from foundry.expansion import Sweep, identity
 from foundry.storing.fresh import PREREGISTRATION_FILE as PREREGISTRATION_FILE
 from foundry.storing.fresh import is_sweep
 from foundry.storing.plain import is_there, load_plain
-from foundry.storing.run_files import lines_of, write_atomically
+from foundry.storing.run_files import lines_of, sha256_of, write_atomically
 from foundry.storing.sweep_file import to_yaml
 from foundry.texts import counted
 
@@ -170,13 +169,9 @@ def conditions_of(sweep: Sweep) -> list[PlannedCondition]:
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Part]:
     return {
-        role: Part(name=str(config[role]["name"]), sha256=_sha256(json.dumps(config[role], sort_keys=True).encode()))
+        role: Part(name=str(config[role]["name"]), sha256=sha256_of(json.dumps(config[role], sort_keys=True).encode()))
         for role in ("world", "prompt", "model")
     }
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
 
 
 def check_before_runs(folder: Path) -> None:
@@ -190,7 +185,7 @@ def check_before_runs(folder: Path) -> None:
 def plan_sha256(folder: Path) -> str | None:
     """Return the SHA-256 of the plan in a sweep's folder, or None if it has no plan."""
     file = folder / PREREGISTRATION_FILE
-    return _sha256(file.read_bytes()) if is_there(file) else None
+    return sha256_of(file.read_bytes()) if is_there(file) else None
 
 
 def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
@@ -205,7 +200,7 @@ def write_preregistration(folder: Path, plan: Preregistration) -> str:
     content = to_yaml(msgspec.to_builtins(plan)).encode()
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / PREREGISTRATION_FILE, content)
-    return _sha256(content)
+    return sha256_of(content)
 
 
 def preregistration_of(folder: Path) -> tuple[Preregistration, str] | None:
@@ -215,6 +210,6 @@ def preregistration_of(folder: Path) -> tuple[Preregistration, str] | None:
         return None
     content = file.read_bytes()
     try:
-        return msgspec.convert(load_plain(content.decode(), file), Preregistration), _sha256(content)
+        return msgspec.convert(load_plain(content.decode(), file), Preregistration), sha256_of(content)
     except ValueError as error:
         raise RecordError(f"{file} cannot be read: {error}") from error

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import hashlib
 import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -164,8 +165,7 @@ class RunFolder:
         world: dict[str, Any] = self.config()["world"]
         if FIXTURES not in self.declared.streams or not world.get("draw_positions"):
             return world
-        content = self._bytes(f"{FIXTURES}.jsonl")
-        lines = lines_of(content[: content.rfind(b"\n") + 1], _Fixture, self.path / f"{FIXTURES}.jsonl")
+        lines = lines_of(whole_lines(self._bytes(f"{FIXTURES}.jsonl")), _Fixture, self.path / f"{FIXTURES}.jsonl")
         cells = {(line.kind, line.name): [line.x, line.y] for line in lines}
         placed = {
             key: [
@@ -318,6 +318,16 @@ def _content(path: Path) -> bytes | None:
         return None
     except OSError as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def sha256_of(content: bytes) -> str:
+    """Return the SHA-256 of a content as hexadecimal digits."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def whole_lines(content: bytes) -> bytes:
+    """Return the complete lines of a content, without a last line that a crash cut."""
+    return content[: content.rfind(b"\n") + 1]
 
 
 def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import NOT_JSON, Call, Counts, Outcome, RunSummary, reused_share
+from foundry.records import Call, Counts, Outcome, RunSummary, reused_share
 from foundry.storing.matching import place_of, with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.texts import one_line, visible, without_secrets
@@ -194,7 +194,7 @@ def text_of(call: Call) -> str:
 
 def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
     """Yield run, outcome and call of each unreadable reply, up to the first damaged record."""
-    with contextlib.suppress(RecordError, *NOT_JSON):
+    with contextlib.suppress(RecordError):
         for outcome, call in with_calls(_outcomes_in(run), run.calls()):
             if outcome in _UNREAD and call is not None:
                 yield run, outcome, call

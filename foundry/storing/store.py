@@ -106,12 +106,7 @@ class SweepFolder:
 
     @classmethod
     def open(cls, path: Path | str) -> "SweepFolder":
-        """Open the folder of an existing sweep.
-
-        Raises:
-            InputError: the folder contains no sweep.
-            RecordError: its sweep.yaml is damaged, or an entry of the folder is a link or a device.
-        """
+        """Open the folder of an existing sweep."""
         path = Path(path)
         file = path / "sweep.yaml"
         if not is_there(file) or not file.is_file():

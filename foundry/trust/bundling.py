@@ -24,6 +24,7 @@ from foundry.storing.determinism import DETERMINISM_FILE
 from foundry.storing.notes import NOTES_FILE, notes_bytes, notes_of
 from foundry.storing.plain import check_folder
 from foundry.storing.preregistration import LOOKS_FILE, PREREGISTRATION_FILE
+from foundry.storing.run_files import sha256_of
 from foundry.storing.store import (
     SCENES_FILE,
     RunFolder,
@@ -151,7 +152,7 @@ def write_bundle(path: Path, out: Path, *, notes: bool = False) -> Manifest:
 
 def _described(entry: Entry) -> BundledFile:
     content = entry.read()
-    return BundledFile(path=entry.name, size=len(content), sha256=hashlib.sha256(content).hexdigest())
+    return BundledFile(path=entry.name, size=len(content), sha256=sha256_of(content))
 
 
 def _write(file: IO[bytes], manifest: Manifest, entries: Sequence[Entry]) -> None:

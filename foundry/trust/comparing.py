@@ -5,12 +5,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-import msgspec
-
 from foundry.errors import InputError, RecordError
-from foundry.records import NOT_JSON, Call
+from foundry.records import Call
 from foundry.running.recorded import CALLS, NOTHING, Difference, first_difference
 from foundry.storing.matching import Numbered, numbered, place_of
+from foundry.storing.run_files import lines_of, whole_lines
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Asked
 from foundry.worlds.compared import Compared, Line, compared_of
@@ -66,7 +65,8 @@ def compare(one: RunFolder, other: RunFolder) -> Parting:
     forms = [run.declared.form for run in (one, other)]
     if forms[0] != forms[1]:
         raise InputError(f"Cannot compare '{one.id}' and '{other.id}': their forms are '{forms[0]}' and '{forms[1]}'.")
-    steps, calls = [_steps(run) for run in (one, other)], [_calls(run) for run in (one, other)]
+    steps = [_steps(run) for run in (one, other)]
+    calls = [_numbered(run.calls(), place_of) for run in (one, other)]
     compared = compared_of(forms[0])
     try:
         return Parting(
@@ -83,27 +83,17 @@ def compare(one: RunFolder, other: RunFolder) -> Parting:
 
 
 def _steps(run: RunFolder) -> dict[Numbered, tuple[int, Line]]:
-    content = run.steps_bytes()
-    content = content[: content.rfind(b"\n") + 1]
+    content = whole_lines(run.steps_bytes())
     if not content:
         raise InputError(f"Run '{run.id}' has no recorded step yet, so it cannot be compared.")
     try:
-        return _numbered(msgspec.json.Decoder(dict[str, Any]).decode_lines(content), _decision_of)
-    except NOT_JSON as error:
-        raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
+        return _numbered(lines_of(content, dict[str, Any], run.stream_path("steps")), _decision_of)
     except (KeyError, TypeError) as error:
         raise RecordError(f"The steps of '{run.path}' cannot be compared: {type(error).__name__} {error}.") from error
 
 
 def _decision_of(line: Line) -> Asked:
     return line["step"], line["agent"], line.get("kind", "state")
-
-
-def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
-    try:
-        return _numbered(run.calls(), place_of)
-    except NOT_JSON as error:
-        raise RecordError(f"The calls of '{run.path}' cannot be read: {error}") from error
 
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:

@@ -1,7 +1,6 @@
 """Composes a sweep that continues a recorded run from a step, and rejects overrides that would change earlier steps."""
 
 import asyncio
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,6 +16,7 @@ from foundry.expansion import Condition, calls_seed, overridden, settings_key
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
+from foundry.storing.run_files import sha256_of, whole_lines
 from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, last_whole_step, lines_of, write_atomically
 from foundry.trust.verifying import Comparer, EndOfRecords
 
@@ -73,9 +73,7 @@ class _StepOf(msgspec.Struct):
 
 
 def _steps_of(run: RunFolder) -> list[int]:
-    content = run.steps_bytes()
-    whole = content[: content.rfind(b"\n") + 1]
-    return [line.step for line in lines_of(whole, _StepOf, run.stream_path("steps"))]
+    return [line.step for line in lines_of(whole_lines(run.steps_bytes()), _StepOf, run.stream_path("steps"))]
 
 
 def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:
@@ -94,7 +92,7 @@ def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) 
 def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
     """Return the SHA-256 of the lines before the step `at`, for each record file."""
     return {
-        f"{stream}.jsonl": hashlib.sha256(_shared(run, stream, at)).hexdigest()
+        f"{stream}.jsonl": sha256_of(_shared(run, stream, at))
         for stream in run.streams
         if run.stream_path(stream).exists()
     }

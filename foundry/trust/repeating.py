@@ -5,7 +5,6 @@ The repeats use no cache of answers and do not change the records of runs.
 
 import asyncio
 import datetime
-import hashlib
 import itertools
 import logging
 from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
@@ -36,6 +35,7 @@ from foundry.storing.determinism import (
     write_repeats,
 )
 from foundry.storing.matching import place_of
+from foundry.storing.run_files import sha256_of
 from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file, lines_of
 from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Scenario
@@ -195,7 +195,7 @@ def _images(run: RunFolder) -> dict[str, bytes]:
 
     names = [name for name in run.pictures() if name.startswith(f"{IMAGES}/")]
     images = [content for name in names if (content := kept_file(run.path, name)) is not None]
-    return {hashlib.sha256(content).hexdigest(): content for content in images}
+    return {sha256_of(content): content for content in images}
 
 
 def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request | None:

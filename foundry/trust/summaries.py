@@ -1,6 +1,5 @@
 """Checks `run.json` and `config.yaml` of a replayed run, and pictures that another renderer drew."""
 
-import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +14,7 @@ from foundry.records import NOT_JSON, Call, Counts, RunSummary
 from foundry.running.recorded import CALLS, NOTHING, Departed, Difference, first_difference
 from foundry.storing.matching import place_of
 from foundry.storing.plain import load_plain, plain
+from foundry.storing.run_files import sha256_of
 from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
 
 COMPLETE = "complete"
@@ -77,7 +77,7 @@ def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
         return
     for stream in run.streams:
         name, path = f"{stream}.jsonl", run.stream_path(stream)
-        now = hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else NOTHING
+        now = sha256_of(path.read_bytes()) if path.exists() else NOTHING
         recorded = summary.records_sha256.get(name, NOTHING)
         if recorded != now:
             raise Departed(Difference("run.json", None, f"records_sha256.{name}", recorded, now))
@@ -139,7 +139,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
     from foundry.worlds.camera.eye.likeness import likeness_of
 
     note = f"was drawn by {drew.then}, and by {drew.now} here the pixels differ, so it cannot be verified here"
-    now = next((one for one in drawn if _sha256(one) == difference.now), None)
+    now = next((one for one in drawn if sha256_of(one) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
         return f"{note}; no picture was recorded, so nobody can tell whether the content is the same"
@@ -152,11 +152,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
 
 def _kept(run: RunFolder, digest: Any) -> bytes | None:
     contents = (kept_file(run.path, name) for name in run.pictures())
-    return next((one for one in contents if one is not None and _sha256(one) == digest), None)
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+    return next((one for one in contents if one is not None and sha256_of(one) == digest), None)
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -30,6 +29,7 @@ from foundry.running.recorded import (
     wordings,
 )
 from foundry.storing.plain import check_folder
+from foundry.storing.run_files import sha256_of
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
 from foundry.trust.summaries import (
     COMPLETE,
@@ -147,8 +147,8 @@ class Comparer:
     def _compare_file(self, name: str, now: bytes) -> None:
         recorded = kept_file(self._run.path, name)
         if recorded != now:
-            then = NOTHING if recorded is None else _sha256(recorded)
-            raise Departed(Difference(name, None, "SHA-256", then, _sha256(now)))
+            then = NOTHING if recorded is None else sha256_of(recorded)
+            raise Departed(Difference(name, None, "SHA-256", then, sha256_of(now)))
 
 
 def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False) -> Iterator[Verified]:
@@ -191,16 +191,15 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
     if not run.path.exists():
         return Verified(run.id, Verdict.NOT_STARTED)
     check_folder(run.path)
+    file = "run.json"
     try:
         summary = run.summary()
-    except RecordError as error:
-        damage = f"damaged: {error.__cause__ or error}"
-        return Verified(run.id, Verdict.DIFFERS, difference=Difference("run.json", None, "", damage, "a summary"))
-    comparer = Comparer(run, ended=summary is not None)
-    try:
+        file = CALLS
         asker = RecordedAsker(run.calls(), wordings(config))
-    except NOT_JSON as error:
-        return Verified(run.id, Verdict.DIFFERS, difference=Difference(CALLS, None, "", f"damaged: {error}", "a call"))
+    except RecordError as error:
+        damage = Difference(file, None, "", f"damaged: {error.__cause__ or error}", "readable")
+        return Verified(run.id, Verdict.DIFFERS, difference=damage)
+    comparer = Comparer(run, ended=summary is not None)
     every = int(config.get("record", {}).get("frames", False)) if frames else 0
     try:
         check_declared(run, scenario.declared(), summary)
@@ -331,7 +330,3 @@ def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes)
     then = NOTHING if recorded is None else recorded.decode("utf-8", "replace")
     field, recorded_value, value_now = difference or ("", then, now.decode())
     return Difference(file, number, field, recorded_value, value_now, place)
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

@@ -94,6 +94,7 @@ def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path
         ),
         (drop_digests, "run.json: records_sha256.steps.jsonl: recorded 'nothing'"),
         (damage_summary, "run.json: recorded 'damaged"),
+        (recalling(lambda calls: [{"step": 1}]), "calls.jsonl.zst: recorded 'damaged"),  # type: ignore[list-item]
         (editing("agents: 4", "agents: 5", "config.yaml"), "config.yaml: world.agents: recorded 5, now 4"),
     ],
 )
