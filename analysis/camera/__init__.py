@@ -14,7 +14,6 @@ _UNLABELLED, _LABELLED = "recognition.n_unlabelled", "recognition.n_replies"
 
 
 def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
-    """Return how many replies are in a language that the sight rule cannot read."""
     missing, labelled = (int(runs[name].sum()) if name in runs else 0 for name in (_UNLABELLED, _LABELLED))
     if not missing:
         return []

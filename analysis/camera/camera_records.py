@@ -1,4 +1,4 @@
-"""Converts the lines of a run of a 3D world to arrays."""
+"""Reads the records of a run of a 3D world, and converts them to arrays and tables."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,11 +24,11 @@ MOVE = "move"
 
 @dataclass(frozen=True)
 class CameraRecords:
-    """The lines of one run of a 3D world; there is no episode if the run ended before its first.
+    """The records of one run of a 3D world; the episode is None if the run ended before it began.
 
     Attributes:
-        facts: further keys of the episode, beyond those of `CameraEpisode`.
-        own: further keys of each decision, beyond those of `CameraStep`; `kind` is `move` for a movement.
+        facts: the episode's keys that `CameraEpisode` lacks.
+        own: each decision's keys that `CameraStep` lacks; `kind` is `move` for a movement.
     """
 
     episode: CameraEpisode | None
@@ -38,17 +38,17 @@ class CameraRecords:
     own: Sequence[Mapping[str, Any]] = ()
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return the decisions as rows of a table; see `flat`."""
+        """Return each decision as one row; `flat` names its columns."""
         own = self.own or [{}] * len(self.steps)
         return [{**flat(step), **further} for step, further in zip(self.steps, own, strict=True)]
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the decisions by column."""
+        """Return these columns of the decisions, by name."""
         rows = self.rows()
         return {name: [row[name] for row in rows] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the columns that the records of every form have; the action is the kind of command."""
+        """Return the columns that all forms share, by name; the action is the kind of command, or the answer."""
         found = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
         kinds = kinds_of(
             bearing=_filled(found.pop("move_bearing"), math.nan),
@@ -65,15 +65,13 @@ class CameraRecords:
         return {**found, "kind": asked, "action": actions, "utility": nothing, "message": nothing}
 
     def _kinds(self) -> list[str]:
-        """Return the kind of question of each decision."""
         return [str(own.get("kind", MOVE)) for own in self.own] or [MOVE] * len(self.steps)
 
     def arrays(self, folder: RunFolder) -> CameraRun:
-        """Return a complete run as arrays of its movements; answers to questions are in `answers`.
+        """Return the arrays of a complete run's movements; `answers` holds the answers to questions.
 
         Raises:
-            RecordError: a step has several decisions or none, or a decision does not start where the previous one
-                ended.
+            RecordError: a step has several decisions or none, or a decision does not start where the one before ended.
         """
         file = folder.path / STEPS
         if self.episode is None:
@@ -94,7 +92,7 @@ class CameraRecords:
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords:
-    """Read the lines of a run, without the incomplete last line of an unfinished run.
+    """Return the records of a run, without the incomplete last line of an unfinished run.
 
     Raises:
         RecordError: a file is damaged, or was changed after the run.
@@ -113,7 +111,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords
 
 
 def _own_lines(folder: RunFolder, summary: RunSummary | None) -> list[dict[str, Any]]:
-    """Return the decisions with all keys if the world adds keys; else an empty list."""
+    """Return the decisions with all their keys if the world adds keys of its own; else an empty list."""
     declared = folder.declared.streams.get(CameraStep.stream, {})
     if set(declared) <= set(CameraStep.__struct_fields__):
         return []
@@ -131,8 +129,6 @@ class _Translate(msgspec.Struct):
 
 
 class _Command(msgspec.Struct):
-    """Content of `CameraStep.command`."""
-
     translate: _Translate | None
     turn: float | None
     gaze: float | None
@@ -140,7 +136,7 @@ class _Command(msgspec.Struct):
 
 
 def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
-    """Check the commands of the decisions, since the type of a decision does not.
+    """Check the types of the decisions' commands, which `CameraStep` leaves open.
 
     Raises:
         RecordError: a command is invalid.
@@ -153,10 +149,10 @@ def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
 
 
 def flat(step: CameraStep) -> dict[str, Any]:
-    """Return a decision as one row.
+    """Return a decision as one row of a table, by column.
 
-    The pose becomes x, y, z, yaw, pitch; the pose after the motion has the same names with `_next`. The command becomes
-    move_bearing, move_distance, turn, gaze and stay; an answer to a question becomes `answer`.
+    The pose becomes x, y, z, yaw and pitch; the pose after the motion has the same names with `_next`. The command
+    becomes move_bearing, move_distance, turn, gaze and stay. An answer to a question becomes `answer`.
     """
     row = msgspec.structs.asdict(step)
     before, after, command = row.pop("pose"), row.pop("pose_next"), row.pop("command")
@@ -205,7 +201,6 @@ def _camera_run(run: str, episode: CameraEpisode, steps: list[CameraStep], poses
 
 
 def _filled(values: Iterable[float | None], missing: float) -> FloatArray:
-    """Return the values, with a number in place of missing values."""
     return np.array([missing if value is None else value for value in values], dtype=np.float64)
 
 
@@ -213,7 +208,7 @@ _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
 def schema(declared: Declared) -> pa.Schema:
-    """Return the columns of `flat` without texts; with `kind` if the world asks questions."""
+    """Return the names and types of the columns of `flat`, without texts; with `kind` if the world asks questions."""
     asked = [("kind", pa.string())] if "kind" in declared.streams.get("steps", {}) else []
     return pa.schema(
         [

@@ -1,6 +1,6 @@
-"""One recorded run of a 3D world as arrays, the input of all signatures of such runs.
+"""One recorded run of a 3D world as arrays, from which all signatures of such runs are computed.
 
-T decisions of one agent. State 0 is the start, drawn by the world; state t follows decision t.
+One agent makes T decisions. State 0 is the start, which the world draws; state t follows decision t.
 """
 
 from collections.abc import Mapping
@@ -14,10 +14,10 @@ from analysis.arrays import STAY, BoolArray, Decisions, FloatArray, IntArray, Te
 from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
-"""Metres below which a motion or a change of distance counts as none, since it is rounding or slack at an obstacle."""
+"""Smallest motion or change of distance that counts, metres; less is rounding, or play at an obstacle."""
 
 GAZE_LIMIT = "gaze limit"
-"""The boundary recorded when the gaze is at its limit; it is not an obstacle."""
+"""The `boundary` of a decision whose gaze is at its limit; it is not an obstacle."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +34,17 @@ class CameraRun(Decisions):
         gaze: requested turn of the gaze, degrees, up positive, (T,).
         stay: whether the reply says to stay, (T,).
         outcome: outcome of the call, index into OUTCOMES, (T,).
-        boundary: obstacle or limit of the motion, or None, (T,).
-        travelled: covered length, metres, (T,).
-        distance: geodesic distance to the goal by state, metres, (T + 1,); NaN without a goal.
-        visited: cells visited up to this decision, inclusive, (T,).
-        target_px: pixels of the target in the image, (T,).
+        boundary: name of the obstacle or limit that shortened the motion, or None, (T,).
+        travelled: length of the path, metres, (T,).
+        distance: length of the shortest path to the goal by state, metres, (T + 1,); NaN without a goal.
+        visited: number of cells visited so far, with those of this decision, (T,).
+        target_px: number of pixels of the target in the image, (T,).
         success: whether the goal is reached (near enough and in view) after the decision, (T,).
-        replies: raw replies, (T,).
-        visible_px: pixels of every labelled thing in the image, by label; T of them.
-        facts: further keys of the episode, beyond those of `CameraEpisode`.
+        replies: texts of the replies, (T,).
+        visible_px: number of pixels of each labelled thing in the image, by label; one mapping per decision.
+        facts: the episode's keys that `CameraEpisode` lacks.
         answers: answers to questions, as rows with all recorded keys.
+        world: the world's configuration.
         readable_only: whether measures leave out unreadable decisions.
     """
 
@@ -88,34 +89,34 @@ class CameraRun(Decisions):
 
     @property
     def all_readable(self) -> bool:
-        """True if all decisions are readable, so that nothing has to be left out."""
+        """True if all decisions and answers are readable, so that none has to be left out."""
         return super().all_readable and all(one["answer"] is not None for one in self.answers)
 
     @cached_property
     def collided(self) -> BoolArray:
-        """True if an obstacle, the bounds or the edge of the floor stopped or deflected the motion, (T,)."""
+        """For each decision, whether an obstacle, the bounds or the edge of the floor stopped or deflected it, (T,)."""
         flags = [name is not None and name != GAZE_LIMIT for name in self.boundary.tolist()]
         return np.array(flags, dtype=np.bool_)
 
     @cached_property
     def walked(self) -> BoolArray:
-        """True if the foot moved by at least a millimetre, (T,)."""
+        """For each decision, whether the foot moved by at least a millimetre, (T,)."""
         return np.asarray(self.travelled >= STILL_M)
 
     @cached_property
     def immobile(self) -> BoolArray:
-        """True if the pose did not change, (T,)."""
+        """For each decision, whether neither the place nor a direction changed, (T,)."""
         turned = (self.yaw[1:] != self.yaw[:-1]) | (self.pitch[1:] != self.pitch[:-1])
         return np.asarray(~self.walked & ~turned)
 
 
 def command_kinds(run: CameraRun) -> IntArray:
-    """Return the kind of each command, index into COMMAND_KINDS, (T,); unreadable replies count as STAY."""
+    """Return the kind of each command as an index into COMMAND_KINDS, (T,); an unreadable reply counts as STAY."""
     found = kinds_of(bearing=run.bearing, asked=run.asked, turn=run.turn, gaze=run.gaze)
     return np.asarray(np.where(run.readable, found, STAY))
 
 
 def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:
-    """Return the kind of each command, index into COMMAND_KINDS, (T,); the arguments are as in `CameraRun`."""
+    """Return the kind of each command as an index into COMMAND_KINDS, (T,), given its parts as in `CameraRun`."""
     amounts = zip(bearing.tolist(), asked.tolist(), turn.tolist(), gaze.tolist(), strict=True)
     return np.array([COMMAND_KINDS.index(command_kind(*one)) for one in amounts], dtype=np.int64)

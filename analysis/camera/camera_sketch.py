@@ -1,19 +1,18 @@
-"""Draws the paths of 3D runs up to a step, in one figure."""
+"""The figure of `foundry replay --svg` for 3D runs: their paths from above."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from analysis.camera.camera_figures import top_downs
+from analysis.camera.camera_figures import draw_topdown, top_downs
 from analysis.camera.camera_run import CameraRun
-from analysis.camera.topdown import draw_topdown
 from analysis.figures.shown import Shown
 from analysis.plots.figures import stacked
 
 
 def sketch(runs: Sequence[tuple[Shown, CameraRun]], steps: Sequence[int] | None) -> Figure:
-    """Return the paths from above, up to the last of the given steps, which are numbered on the paths."""
+    """Draw the paths up to the last of these steps, each step marked with its number; None means whole paths."""
     tasks = top_downs(runs)
     figure, panels = stacked([3.0 + 0.15 * (len(task.paths) + 2) for task in tasks])
     for ax, task in zip(panels, tasks, strict=True):

@@ -1,22 +1,22 @@
-"""Rule that finds claims to see the target in a reply, by words, identical for every model.
+"""A rule by words that finds claims to see the target in a reply; it is the same for every model.
 
 The text is split into sentences, and each sentence into clauses, at commas and conjunctions. The cues of `sight_words`
-in the clause of a mention decide:
+in the clause that mentions the target decide:
 
-1. if the last cue before the mention or the first cue behind it is a denial or a doubt: no claim; 2. if a statement of
-visibility or place follows the mention: a claim, unless the thing is still to be found; 3. the last cue before it: a
-claim for a cue of seeing ("I see a hatch and the JAXA logo"). No claim for a cue of
-   searching or going ("looking for", "towards"). No claim either if a cue of another kind comes at most two words
-   before the seeing ("do not yet see", "if I see", "to see");
-4. in a clause without a cue, with at most three words before the mention and none behind: as in the clause before ("I
-see a hatch, a rack and the JAXA logo").
+1. If the last cue before the mention or the first cue behind it is a denial or a doubt, there is no claim.
+2. If a statement of visibility or place follows the mention, it is a claim, unless the target is still to be found.
+3. If the last cue before it is one of seeing, it is a claim ("I see a hatch and the JAXA logo"). A cue of searching or
+   going makes none ("looking for", "towards"), nor does a cue of seeing at most two words behind a cue of another kind
+   ("do not yet see", "if I see", "to see").
+4. If the clause has no cue, and at most three words before the mention and none behind it, the clause before decides
+   ("I see a hatch, a rack and the JAXA logo").
 
 One claim in a text is enough. Questions and thoughts between `<think>` tags claim nothing. Knowledge of a place ("I
 know where the JAXA logo is") is not a claim.
 
-A mention is the whole name, with synonyms of its last words and its other words at most 14 characters away ("the logo
-of JAXA"). It can also be the last word after an article ("the logo"), or "the target". A number at the end of a name
-must directly follow it and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not
+A mention is the whole name: its last words or synonyms of them, with its other words at most 14 characters away ("the
+logo of JAXA"). It can also be the last word after an article ("the logo"), or "the target". A number at the end of a
+name must directly follow it and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not
 meaning.
 """
 
@@ -31,10 +31,10 @@ from analysis.words import LETTERS, plain, whole_words
 from foundry.labels.definition import NO, YES, Context
 
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
-"""Reach of a cue that cancels a later cue of seeing."""
+"""Largest number of words and characters between a cue and a later cue of seeing that it cancels."""
 
 _LEADING_WORDS = 3
-"""Maximum number of words before a mention in a list."""
+"""Largest number of words before a mention that is part of a list."""
 
 _THINKING = re.compile(r"<think>.*?(?:</think>|$)", re.DOTALL)
 _SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
@@ -76,7 +76,7 @@ def is_readable(reply: str) -> bool:
 
 
 def claims_to_see(reply: str, target: str) -> bool | None:
-    """Return whether a reply claims to see the target; None if it is not `is_readable`."""
+    """Return whether a reply claims to see the target; None if the rule cannot read its language."""
     if not is_readable(reply):
         return None
     mention = _mention(plain(target))
@@ -84,7 +84,7 @@ def claims_to_see(reply: str, target: str) -> bool | None:
 
 
 def sight_label(text: str, context: Context) -> str | None:
-    """Return the rule's label of a reply, one of the choices of `sight_claim`."""
+    """Return the label `sight_claim` that the rule gives a reply; None if the rule cannot read its language."""
     claims = claims_to_see(text, str(context.get("target", "")))
     return None if claims is None else (YES if claims else NO)
 
@@ -96,9 +96,9 @@ def mentions_target(text: str, context: Context) -> bool:
 
 
 def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
-    """Return the things that a reply claims to see; only meaningful for an `is_readable` reply.
+    """Return the things that a reply claims to see; the rule must be able to read its language.
 
-    Rule 4 applies anywhere in a clause without a cue: "I see a wall and a door on the left".
+    Rule 4 applies anywhere in a clause without a cue, as in "I see a wall and a door on the left".
     """
     statements = _statements(reply)
     return {thing for thing in things if any(_sentence_claims(one, _thing(thing), widely=True) for one in statements)}
@@ -109,7 +109,7 @@ def thing_of(label: str) -> str:
     """Return the kind of thing in a label: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
 
     If the last words are a name or a synonym in `sight_words.THINGS`, the kind is the key there; else it is the last
-    word. Words after a preposition, and words with digits, name an individual and are ignored.
+    word. Words after a preposition and words with digits are ignored, since they name one thing of its kind.
     """
     named = _PREPOSITIONS.split(plain(label))[0]
     parts = [part for part in re.findall(r"[^\W_]+", named) if not re.search(r"\d", part)]
@@ -147,12 +147,12 @@ def _clauses(sentence: str) -> tuple[str, ...]:
 
 
 def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
-    """Return whether a clause claims that any of its mentions is seen.
+    """Return whether a clause claims to see what it mentions.
 
     Args:
         parts: the texts before, between and behind the mentions.
-        inherited: the last cue of the clauses before.
-        widely: whether a clause without a cue takes `inherited` as its cue, wherever the mention stands.
+        inherited: kind of the last cue in the clauses before.
+        widely: whether `inherited` applies to a clause without a cue, wherever the mention stands in it.
     """
     before = list(accumulate(map(_last_cue, parts[:-1]), _latest))
     after = list(accumulate(map(_first_cue, parts[:0:-1]), _latest))[::-1]
@@ -169,7 +169,7 @@ def _latest(cue: str, following: str) -> str:
 
 
 def _claimed(before: str, after: str) -> bool:
-    """Return whether a mention is a claim, by the cue before and the cue behind it, if any."""
+    """Return whether a mention is a claim, given the kinds of the cues before and behind it, or empty texts."""
     if before in _NO or after in _NO or (before == "searched" and after != "placed"):
         return False
     return (after or before) in _YES
@@ -183,7 +183,7 @@ def _first_cue(text: str) -> str:
 
 @lru_cache(maxsize=1024)
 def _last_cue(text: str) -> str:
-    """Return the kind of the last cue, or an empty text; a cancelled cue of seeing gets the cancelling cue's kind."""
+    """Return the kind of the last cue, or an empty text; if another cue cancels a cue of seeing, return its kind."""
     kind, end = "", 0
     for found in _CUES.finditer(text):
         gap = text[end : found.start()]
@@ -195,13 +195,11 @@ def _last_cue(text: str) -> str:
 
 @lru_cache(maxsize=256)
 def _thing(name: str) -> re.Pattern[str]:
-    """Return the pattern of the names of a kind of thing."""
     return re.compile(_either(words.THINGS.get(name, f"{re.escape(name)}s?")))
 
 
 @lru_cache(maxsize=64)
 def _mention(target: str) -> re.Pattern[str]:
-    """Return the pattern of the target's names."""
     parts = re.findall(r"[^\W_]+", target)
     if not parts:
         return re.compile(_either(words.THE_TARGET))
@@ -219,7 +217,7 @@ def _mention(target: str) -> re.Pattern[str]:
 
 
 def _either(alternatives: str) -> str:
-    """Return the alternatives as one pattern; it matches only whole words in scripts that separate words by blanks."""
+    """Return a pattern for any of the alternatives; where blanks separate words, it matches whole words only."""
     return (
         f"(?:(?<![{LETTERS}])(?=[{LETTERS}0-9])(?:{alternatives})(?![{LETTERS}])|(?![{LETTERS}0-9])(?:{alternatives}))"
     )

@@ -1,4 +1,4 @@
-"""The words by which `sight_rule` reads a text: names of things, and cues of seeing."""
+"""The words by which `sight_rule` reads a reply: names of things, and cues such as those of seeing."""
 
 THINGS: dict[str, str] = {
     "logo": "logos?|logotype|emblems?|insignia|ロゴ(?:マーク)?|エンブレム",
@@ -40,21 +40,19 @@ THINGS: dict[str, str] = {
     "trash can": "(?:trash|garbage|waste) ?(?:cans?|bins?|baskets?)|ゴミ箱",
     "stairs": "stairs?|staircases?|stairways?|階段",
 }
-"""Synonyms of things, by their English name; each matches whole words only.
+"""The names of each thing, by its English name; each matches whole words only.
 
-A name of several words is looked up from its end: the last word of `JAXA logo` is in this table, the first word stays.
+The end of a label is looked up here: for `JAXA logo`, that is `logo`.
 """
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
-"""Things whose names have other uses: "it is safe to go", "the picture shows". They count as things only in scenes
-known to contain them.
-"""
+"""Things whose names mean other things too ("it is safe to go"); they count only if a scene has such a thing."""
 
 THE_TARGET = "(?:the|my|our) (?:target|goal object|target object)|ターゲット|目標物?|対象物?"
 """General names of the target."""
 
 ARTICLES = "the|this|that"
-"""Words that turn the last word of a name into the whole name: `the logo`."""
+"""Words with which the last word of a name stands for the whole name, as in `the logo`."""
 
 NOT = (
     r"no|not|[a-z]+n't|cannot|cant|dont|never|without|neither|nor|none|nowhere|unable|fail(?:ed|s)? to"
@@ -66,7 +64,7 @@ NOT_JAPANESE = (
     "|確認でき(?:ません|ない|ず|てい)|映って(?:いない|いません|おらず)|写って(?:いない|いません|おらず)"
     "|見て(?:いない|いません)|無い|なし|無く|なく|ない"
 )
-"""Denials of seeing."""
+"""Cues that a thing is not seen."""
 
 UNSURE = (
     "if|whether|might|may|could|would|should|must|maybe|perhaps|possibly|probably|likely|presumably|until"

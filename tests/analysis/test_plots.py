@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from analysis import analyze, signatures
-from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
+from analysis.camera.camera_figures import CameraPath, TopDown, draw_topdown
 from analysis.figures import pictures
 from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups

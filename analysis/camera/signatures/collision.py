@@ -18,10 +18,10 @@ HEADLINE = ("rate", "rate_moving")
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the collisions of a run.
 
-    A decision collides if its `boundary` names an obstacle, the bounds of the world or the edge of the floor. A gaze at
-    its limit is not a collision. A decision counts once, even if the body slides along several things.
+    A decision is a collision if its `boundary` names an obstacle, the bounds of the world or the edge of the floor. A
+    gaze at its limit is not one. A decision counts once, even if the body slides along several obstacles.
 
-    - rate: decisions that collide / decisions; 0..1.
+    - rate: collisions / decisions; 0..1.
     - rate_moving: collisions / decisions that request a translation; 0..1. NaN without translations.
     - lost_way: 1 - covered distance / requested distance, over the whole run; 0..1. NaN without translations. A slide
       counts as covered distance.

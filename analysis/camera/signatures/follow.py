@@ -58,7 +58,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def walked(path: FloatArray, ends: FloatArray) -> int:
-    """Return how many of the ends (k, 2) a path (n, 2) of straight pieces came near to, in their order."""
+    """Return how many of the legs' ends (k, 2) a path (n, 2) of straight pieces came near to, one after another."""
     for found, end in enumerate(ends):
         nearest = _nearest(path, end)
         near = np.flatnonzero(np.hypot(*(end - nearest).T) <= REACHED_M)

@@ -10,29 +10,23 @@ from analysis.measure import HIGH, LOW, Measure, outcome, share
 
 
 def spl(success: float, shortest: float, length: float) -> float:
-    """Return success weighted by path length, 0..1; NaN if the shortest path is 0, infinite or unknown.
-
-    Args:
-        success: 1 if the episode succeeded, else 0.
-        shortest: length of the shortest path, l.
-        length: length of the actual path, p.
-    """
+    """Return success (0 or 1) weighted by path length, 0..1; NaN if the shortest path is 0, infinite or unknown."""
     return success * efficiency(shortest, length)
 
 
 def soft_spl(remaining: float, shortest: float, length: float) -> float:
-    """Return the progress towards the goal, weighted by path length, 0..1; `remaining` is the final distance."""
+    """Return the progress towards the goal, weighted by path length, 0..1; `remaining` is the distance at the end."""
     efficient = efficiency(shortest, length)
     return max(0.0, 1 - remaining / shortest) * efficient if not math.isnan(efficient + remaining) else math.nan
 
 
 def efficiency(shortest: float, length: float) -> float:
-    """Return l / max(l, p), 0..1; NaN if the shortest path l is 0, infinite or unknown."""
+    """Return l / max(l, p), 0..1, with l the shortest path and p the path; NaN if l is 0, infinite or unknown."""
     return shortest / max(shortest, length) if 0 < shortest < math.inf else math.nan
 
 
 def straightness(path: FloatArray, length: float) -> float:
-    """Return the net displacement of a path (k, 2) over its length, 0..1; NaN below a millimetre."""
+    """Return the distance between a path's ends over its length, 0..1, path (k, 2); NaN below a millimetre."""
     if length < STILL_M:
         return math.nan
     return min(math.dist(path[0], path[-1]) / length, 1.0)
@@ -57,7 +51,7 @@ def ndtw(path: FloatArray, reference: FloatArray, threshold: float) -> float:
 
 
 def _dtw(first: FloatArray, second: FloatArray) -> float:
-    """Return the smallest sum of distances over all monotone alignments of two rows of points that align both ends."""
+    """Return the smallest sum of distances between aligned points of two paths, over all alignments that keep order."""
     best = np.full(len(second), math.inf)
     for number, point in enumerate(first):
         costs = np.linalg.norm(second - point, axis=1)

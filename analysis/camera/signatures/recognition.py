@@ -139,19 +139,19 @@ def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
 
 
 def _told(run: CameraRun) -> BoolArray:
-    """Return which decisions have a counted and readable reply, (T,)."""
+    """Return, for each decision, whether it counts and the rule can read its reply, (T,)."""
     texts = run.replies.tolist()
     return run.counted & np.array([bool(text.strip()) and is_readable(text) for text in texts], dtype=np.bool_)
 
 
 def _claimed(run: CameraRun, replies: Sequence[str]) -> BoolArray:
-    """Return which replies claim to see the target, according to the rule."""
+    """Return, for each reply, whether it claims to see the target according to the rule, (n,)."""
     claims = {text: run.has_target and claims_to_see(text, run.episode.target) is True for text in set(replies)}
     return np.array([claims[text] for text in replies], dtype=np.bool_)
 
 
 def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
-    """Return how well claims agree with the truth; both (n,)."""
+    """Return the measures of claims to see the target, given whether each image shows it; both (n,)."""
     true, claims, present = int((claimed & visible).sum()), int(claimed.sum()), int(visible.sum())
     absent = len(claimed) - present
     rejected = absent - (claims - true)
@@ -166,7 +166,7 @@ def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
 
 
 def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
-    """Return the measures that are means of claims; both (n,). Claims are 0 or 1, or any numbers if corrected."""
+    """Return the measures that are means of claims (n,), which are 0 or 1, or any numbers after a correction."""
     true, claims, present = float(claimed[visible].sum()), float(claimed.sum()), int(visible.sum())
     absent = len(claimed) - present
     return {
@@ -180,7 +180,7 @@ def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
 
 
 def hallucination(mentioned: Sequence[set[str]], visible: Sequence[set[str]]) -> dict[str, float]:
-    """Return how well the named things agree with the things in view; both are sets of kinds, one per image."""
+    """Return the measures of the kinds of things that each reply names, given the kinds that its image shows."""
     false = [len(named - seen) for named, seen in zip(mentioned, visible, strict=True)]
     mentions, things = sum(map(len, mentioned)), sum(map(len, visible))
     true = mentions - sum(false)

@@ -47,11 +47,10 @@ class Detour:
 def measure(run: CameraRun) -> dict[str, float]:
     """Return the recovery of a run from wrong decisions.
 
-    g(t) is the geodesic distance to the goal at state t, metres. States with unknown distance and states after
-    uncounted decisions are left out. A decision is wrong if g grows by STILL_M or more. The distance depends on the
-    place alone, so turning is never wrong: these worlds define no cost of a turn in metres. A detour opens at a wrong
-    decision; its base is the distance before this decision. The detour closes at the first state with g less than
-    STILL_M above the base. A detour that is open at the end is right-censored.
+    g(t) is the length of the shortest path to the goal at state t, metres. States with an unknown distance and states
+    after uncounted decisions are left out. A decision is wrong if g grows by STILL_M or more. Turning is never wrong,
+    because it does not change g. A detour opens at a wrong decision, and its base is g before this decision. It closes
+    at the first state with g less than STILL_M above the base. A detour that is open at the end is right-censored.
 
     - wrong_rate: wrong decisions / decisions; 0..1.
     - recovered: closed detours / detours; 0..1. NaN without detours. Detours that open late lower this share.
@@ -87,7 +86,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def _known_distances(run: CameraRun) -> FloatArray:
-    """Return the known distances to the goal, at the start and after each counted decision, metres, (n,)."""
+    """Return the known distances to the goal at the start and after the counted decisions, metres, (n,)."""
     if not run.has_target:
         return run.distance[:0]
     kept = run.distance[np.concatenate(([True], run.counted))]
@@ -95,12 +94,12 @@ def _known_distances(run: CameraRun) -> FloatArray:
 
 
 def wrong_steps(distances: FloatArray) -> BoolArray:
-    """Return which steps lead away from the goal, (n - 1,), given distances by state, metres, (n,)."""
+    """Return, for each step, whether it leads away from the goal, (n - 1,), given distances by state, metres, (n,)."""
     return np.asarray(np.diff(distances) >= STILL_M)
 
 
 def find_detours(distances: FloatArray) -> list[Detour]:
-    """Return the detours in order, given distances by state, metres, (n,)."""
+    """Return the detours in order, given the distances to the goal by state, metres, (n,)."""
     wrong, found, state = wrong_steps(distances), [], 0
     while state < len(wrong):
         if not wrong[state]:

@@ -42,7 +42,7 @@ SAME_PLACE_M = 0.05
 """Maximum distance between two positions of the foot that count as one place, metres."""
 
 SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
-"""Degrees: views of a place are equal if they differ by at most the first, and different from the second on."""
+"""Largest difference of two views that count as equal, and smallest one of views that count as different, degrees."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
@@ -90,7 +90,6 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
-    """Return the measures over pairs of decisions at one place."""
     first, second = np.triu_indices(int(run.counted.sum()), k=1)
     foot, kind = run.foot[:-1][run.counted], kinds[run.counted]
     here = np.linalg.norm(foot[first] - foot[second], axis=1) <= SAME_PLACE_M
@@ -109,17 +108,17 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 
 
 def _mean_by(key: IntArray, values: FloatArray) -> float:
-    """Return the mean over keys of the mean of values (n,) with that key (n,); NaN without values."""
+    """Return the mean of the groups' means of values (n,); those with the same key (n,) are a group. NaN without values."""
     counts = np.bincount(key)
     kept = counts > 0
     return mean(np.bincount(key, weights=values)[kept] / counts[kept])
 
 
 def _shares_to_come(kind: IntArray) -> FloatArray:
-    """Return the share of each kind among this and all later decisions, (n, kinds), given kind (n,).
+    """Return, for each decision, the share of each kind among it and all later ones, (n, kinds), given kinds (n,).
 
-    The first decision and the path until then determine which decisions form pairs. So for a blind agent, this share is
-    the chance that the second decision of a pair is of the first one's kind.
+    The path until a decision determines its pairs with earlier ones. So if a blind agent's decisions come in random
+    order, this share is the chance that the second decision of a pair has the kind of the first.
     """
     flags = kind[:, None] == np.arange(len(COMMAND_KINDS))
     return np.asarray(flags[::-1].cumsum(axis=0)[::-1] / np.arange(len(kind), 0, -1)[:, None])
@@ -156,9 +155,9 @@ def _approaches(run: CameraRun, visible: BoolArray) -> dict[str, float]:
 
 
 def information(first: IntArray, second: IntArray) -> float:
-    """Return the mutual information of two rows of categories (n,), bits, minus its mean over all orders.
+    """Return the mutual information of two lists of categories (n,), minus its mean over all orders of one list, bits.
 
-    NaN if `second` does not vary. Source: Vinh, Epps and Bailey 2010.
+    It is NaN if `second` does not vary. Source: Vinh, Epps and Bailey 2010.
     """
     values, conditions = np.unique(second, return_inverse=True)
     kinds, actions = np.unique(first, return_inverse=True)
@@ -171,13 +170,14 @@ def information(first: IntArray, second: IntArray) -> float:
 
 
 def chance_information(rows: IntArray, columns: IntArray) -> float:
-    """Return the mean mutual information over all orders of two rows of categories, bits.
+    """Return the mean mutual information of two lists of categories over all orders of one list, bits.
 
-    Over all orders, each cell of the table is hypergeometric. Source: Vinh, Epps and Bailey 2010, equation 24a.
+    Over all orders, the count of a pair of categories is hypergeometric. Source: Vinh, Epps and Bailey 2010, equation
+    24a.
 
     Args:
-        rows: count of each category of the first row, above 0, (a,).
-        columns: count of each category of the second row, above 0, (b,), with the same sum.
+        rows: count of each category in the first list, above 0, (a,).
+        columns: count of each category in the second list, above 0, (b,), with the same sum.
     """
     from scipy.special import gammaln
 
