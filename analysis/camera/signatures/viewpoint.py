@@ -108,7 +108,7 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 
 
 def _mean_by(key: IntArray, values: FloatArray) -> float:
-    """Return the mean of the groups' means of values (n,); those with the same key (n,) are a group. NaN without values."""
+    """Return the mean of groups' means; values (n,) with the same key (n,) are a group. NaN without values."""
     counts = np.bincount(key)
     kept = counts > 0
     return mean(np.bincount(key, weights=values)[kept] / counts[kept])

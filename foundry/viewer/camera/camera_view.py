@@ -1,4 +1,4 @@
-"""A run of a 3D world: its decisions, the facts of its episode, its scene and the views of the target."""
+"""The view of a run of a 3D world: its decisions, its episode, its scene, and where its pictures show the target."""
 
 import contextlib
 import threading
@@ -19,7 +19,7 @@ _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 
 
 class _Named(msgspec.Struct):
-    """The images that a line names: the image of the step, and further images of a question."""
+    """The images that a decision names: its own image, and the images of a question."""
 
     image: str | None
     frames: tuple[str, ...] = ()
@@ -39,7 +39,7 @@ class CameraView(RunView):
         return 1
 
     def about_world(self) -> dict[str, Any]:
-        """Return the facts of the episode (null before the run begins) and the folder of its images."""
+        """Return the record of the episode (null before the run begins) and the folder of its images."""
         return {"episode": self.episode(), "folder": self._folder}
 
     @property
@@ -47,7 +47,7 @@ class CameraView(RunView):
         return "/".join(self.folder.path.parts[-2:])
 
     def scene(self) -> Resource:
-        """Return the scene as GLB, empty if the world has none. Two requests must not make it at the same time.
+        """Return the scene as GLB, empty if the world has none.
 
         Raises:
             InputError: the scene's file is missing, or the result cannot be stored.
@@ -55,13 +55,13 @@ class CameraView(RunView):
         from foundry.viewer.camera.scene_export import kept_scene_glb
 
         try:
-            with _ONE_AT_A_TIME:
+            with _ONE_AT_A_TIME:  # two requests must not make the scene at the same time
                 return Resource(kept_scene_glb(self.folder) or b"", BINARY)
         except OSError as error:
             raise InputError(f"The scene cannot be stored in the sweep's folder: {error}") from error
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the scene, or nothing if its files are missing; the page then shows only the path."""
+        """Yield the scene, the plan and the sights; the scene is empty if its files are missing."""
         try:
             yield "scene", self.scene()
         except InputError:
@@ -71,7 +71,7 @@ class CameraView(RunView):
             yield f"sights/{chunk}", Resource(msgspec.json.encode(self.sights(chunk)), JSON)
 
     def sights(self, chunk: int) -> dict[str, Any]:
-        """Return the target's place in the pictures of a chunk of steps, and whether each reply claims to see it."""
+        """Return, for a chunk of steps, where each picture shows the target and whether each reply claims to see it."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         episode = self._episode()
         if self._sights is None and episode is not None:
@@ -80,7 +80,7 @@ class CameraView(RunView):
         return {"first": first, "last": last, **told}
 
     def plan(self) -> Resource:
-        """Return the floor plan of the scene, without walls before the run begins; a plan with walls is cached."""
+        """Return the floor plan of the scene, which has no walls before the run begins; a plan with walls is cached."""
         from foundry.viewer.camera.scene_export import digest, keep
 
         episode = self._episode()
@@ -107,16 +107,16 @@ class CameraView(RunView):
         return None if facts is None else msgspec.json.decode(facts, type=CameraEpisode)
 
     def files(self) -> list[str]:
-        """Return the images in the steps, each once."""
+        """Return the files of all images that the decisions name, each once."""
         named = [_NAMED.decode(line) for line in self._lines(1, self.done)]
         paths = [path for one in named for path in (one.image, *one.frames) if path is not None]
         return [f"{self._folder}/{path}" for path in dict.fromkeys(paths)]
 
     def episode(self) -> msgspec.Raw | None:
-        """Return the recorded facts of the episode, or None before the run begins.
+        """Return the record of the episode, or None before the run begins.
 
         Raises:
-            RecordError: the facts cannot be read.
+            RecordError: the record cannot be read.
         """
         lines = self.folder.episode_bytes().splitlines(keepends=True)
         if not lines or not lines[0].endswith(b"\n"):
@@ -128,7 +128,7 @@ class CameraView(RunView):
         return msgspec.Raw(lines[0].rstrip(b"\n"))
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the raw records, with all keys of the world."""
+        """Return the decisions as they are recorded, with all keys of the world."""
         self._rows(first, last)  # raises an error if a record cannot be read
         return {"first": first, "last": last, "steps": [msgspec.Raw(one) for one in self._lines(first, last)]}
 
@@ -136,7 +136,7 @@ class CameraView(RunView):
         return self.steps.read(first, last).splitlines()
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return whether each step was undecided, repaired, stopped by a boundary, or at the goal."""
+        """Return, for each step, whether it was undecided, repaired, stopped by a boundary, or at the goal."""
         rows = self._rows(first, last)
         return {
             "undecided": [int(row.outcome in UNDECIDED) for row in rows],
@@ -146,7 +146,7 @@ class CameraView(RunView):
         }
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return distance to the goal, path length, visibility of the target, and covered cells by step."""
+        """Return the numbers that the page plots over the steps, by their labels."""
         every = self._rows(1, last)
         rows, way = every[first - 1 :], list(accumulate(row.travelled for row in every))[first - 1 :]
         return {
@@ -162,7 +162,7 @@ class CameraView(RunView):
         return [(row.step, row.agent, row.reply) for row in self._rows(first, last)]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the poses and the outcomes."""
+        """Return the agent's pose before each decision and at the end, and the outcome of each decision."""
         rows = self._rows(1, self.done)
         return {
             "poses": [row.pose for row in rows] + [row.pose_next for row in rows[-1:]],

@@ -1,9 +1,9 @@
-"""A run's scene as GLB (binary glTF 2.0), for the 3D part of the viewer.
+"""Converts a run's scene to GLB (binary glTF 2.0), for the 3D part of the viewer.
 
-It shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours include the light,
-so the page adds no light (`KHR_materials_unlit`). The file also contains the agent's eye as a glTF camera at its height
-above the foot. The camera node's `extras` hold the body's height. The root node's `extras.targets` are boxes around the
-prims that can be targets, in metres, Z up.
+The file shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours include the
+light, so the page adds no light (`KHR_materials_unlit`). The file also contains the agent's eye, as a glTF camera at
+its height above the foot. The `extras` of the camera's node hold the body's height. `extras.targets` of the root node
+are boxes around the prims that can be targets, in metres, Z up.
 
 foundry writes the format itself: GLB libraries leave the packing of buffers to their caller, or cannot write unlit
 materials. The format is just a header, a JSON text and one block of bytes.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from foundry.worlds.camera.loading.scene import Scene, SceneMesh, UInt8Array
 
 LARGEST_PX = 1024
-"""Maximum size of a texture; a larger texture would dominate the file, and a browser shows no more detail."""
+"""Largest side of a texture, pixels; a larger one would fill most of the file, and a browser shows no more detail."""
 JPEG_QUALITY = 80
 
 _FLOAT, _UINT32, _UINT8 = 5126, 5125, 5121
@@ -45,7 +45,7 @@ _TO_Y_UP = (-0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
 def kept_scene_glb(run: RunFolder) -> bytes | None:
     """Return the scene of a run as GLB, or None if the world has no scene or nothing is recorded yet.
 
-    It is made once per sweep. After an analysis or after viewing the sweep, the scene's file is no longer needed.
+    The GLB is stored in the sweep's folder, so the scene's own file is no longer needed.
 
     Raises:
         InputError: the scene's file is missing or has changed.
@@ -66,7 +66,7 @@ def kept_scene_glb(run: RunFolder) -> bytes | None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """Write a file as a cache; in a read-only folder nothing is written, and the content is made again each time."""
+    """Store a file that can be made again; in a read-only folder, nothing is stored."""
     with contextlib.suppress(OSError):
         file.parent.mkdir(exist_ok=True)
         write_atomically(file, content)
@@ -82,7 +82,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
 
     Args:
         run_config: the effective configuration of the run.
-        sha256: the required digest of the scene; None for any.
+        sha256: digest that the scene must have, or None.
 
     Raises:
         InputError: the scene's file is missing or has changed.
@@ -97,7 +97,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
 
 
 def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[str, list[list[float]]]:
-    """Return the lowest and the highest corner of the prims that can be targets, by path, metres."""
+    """Return the lowest and the highest corner of each mesh that can be a target, by its path, metres."""
     from foundry.worlds.camera.surroundings import is_below
 
     patterns = [pattern for target in targets for pattern in target["prims"]]
@@ -134,7 +134,7 @@ def _to_glb(
 
 @dataclass
 class _File:
-    """A glTF file under construction: its JSON arrays, its bytes, and its textures so far."""
+    """A glTF file while it is made: its JSON arrays, its bytes, and its textures so far."""
 
     parts: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     _bytes: bytearray = field(default_factory=bytearray)
@@ -223,7 +223,7 @@ class _File:
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """Distinct corners: points (n, 3), linear colours (n, 4), texture coordinates (n, 2); triangles (m, 3)."""
+    """Different corners: points (n, 3), linear colours (n, 4), texture coordinates (n, 2); and triangles (m, 3)."""
 
     points: npt.NDArray[np.float32]
     colours: UInt8Array
@@ -232,7 +232,7 @@ class _Corners:
 
 
 def _corners(batch: Sequence[SceneMesh]) -> _Corners:
-    """Return the distinct corners of meshes; colours include the light, so normals may differ."""
+    """Return the different corners of meshes; normals do not count, since the colours include the light."""
     from foundry.worlds.camera.eye.rendering import lit_colours, with_normals
     from foundry.worlds.camera.loading.meshes import weld
 

@@ -23,7 +23,7 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
 
     Args:
         run_config: the effective configuration of the run.
-        sha256: the required digest of the scene; None for any.
+        sha256: digest that the scene must have, or None.
 
     Raises:
         InputError: the scene's file is missing or has changed.
@@ -44,14 +44,10 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
 
 
 def plan_of(run_config: Mapping[str, Any], episode: CameraEpisode) -> dict[str, Any]:
-    """Return the plan at the level of an episode's start.
+    """Return the floor plan at the height of an episode's start.
 
-    Args:
-        run_config: the effective configuration of the run.
-        episode: the facts of its episode.
-
-    Returns:
-        `walls`, each `[[x, y], [x, y]]`, metres to the centimetre, and the reason `why` there are none, or "".
+    It has the keys `walls`, each `[[x, y], [x, y]]` in metres, rounded to centimetres, and `why`: the reason why there
+    are none, or "".
     """
     try:
         scene = scene_of(run_config, episode.scene_sha256)

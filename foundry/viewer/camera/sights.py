@@ -1,4 +1,4 @@
-"""The target's place in each picture of a 3D run, and whether the reply claims to see it."""
+"""Where each picture of a 3D run shows the target, and whether the reply claims to see it."""
 
 from __future__ import annotations
 
@@ -17,16 +17,11 @@ if TYPE_CHECKING:
 
 _ONE_AT_A_TIME = threading.Lock()
 SEEN, HIDDEN, OUTSIDE = "seen", "hidden", "outside"
-"""The states of a target: visible in the picture, hidden by something, or outside the picture."""
+"""Where a target can be: visible in the picture, hidden by something in it, or outside it."""
 
 
 class Sights:
-    """The visibility of the target in a run, step by step.
-
-    Args:
-        run_config: the effective configuration of the run.
-        episode: the facts of its episode.
-    """
+    """Finds the target in the pictures of a run."""
 
     def __init__(self, run_config: Mapping[str, Any], episode: CameraEpisode) -> None:
         self._episode = episode
@@ -38,7 +33,10 @@ class Sights:
             self._why = str(error)
 
     def told(self, rows: Iterable[CameraStep]) -> dict[str, Any]:
-        """Return the target, why it cannot be marked (or ""), and the sights; see `foundry/viewer/README.md`."""
+        """Return the target, the reason why it cannot be marked (or ""), and one sight per decision.
+
+        `foundry/viewer/README.md` lists the keys.
+        """
         with _ONE_AT_A_TIME:
             return {"target": self._target(), "why": self._why, "sights": [self._sight(row) for row in rows]}
 
@@ -62,7 +60,6 @@ class Sights:
 
 
 def _pointer(run_config: Mapping[str, Any], episode: CameraEpisode) -> Pointer | None:
-    """Return a pointer to the target; None without a target or a scene."""
     scene = scene_of(run_config, episode.scene_sha256) if episode.target_prims else None
     if scene is None:
         return None
@@ -77,7 +74,7 @@ def _pointer(run_config: Mapping[str, Any], episode: CameraEpisode) -> Pointer |
 
 
 def _claimed(reply: str, target: str) -> bool | None:
-    """Return whether a reply claims to see the target, by the rule of the analysis; None if unknown."""
+    """Return whether a reply claims to see the target, by the rule of the analysis; None if the rule cannot say."""
     if not target or not reply.strip():
         return None
     from analysis.camera.sight_rule import claims_to_see

@@ -1,4 +1,4 @@
-"""Edits of images and observations in 3D worlds."""
+"""Edits that a probe makes in the images and observations of 3D worlds."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -11,17 +11,17 @@ from foundry.worlds.probe.editing import Edit, observing
 
 _SIDES = {"left": "right", "right": "left", "turn left": "turn right", "turn right": "turn left"}
 _ARROW = " → "
-"""Separator between the things that one choice lists."""
+"""Text between the things in one choice."""
 _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
 def mirror_image(question: Question) -> Question | None:
-    """Mirror every image; words and the agent's pose do not change."""
+    """Mirror every image; the words and the agent's pose do not change."""
     return seeing(question, ImageOps.mirror)
 
 
 def no_history(question: Question) -> Question:
-    """Remove the past: earlier decisions and their results."""
+    """Remove the earlier decisions and their results."""
     return observing(question, history=(), idle_streak=0)
 
 

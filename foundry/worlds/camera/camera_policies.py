@@ -1,4 +1,4 @@
-"""Policies of 3D worlds, and the sentences that move their agents."""
+"""Scripted policies of 3D worlds, and the sentences by which they move."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import act, known_fires, towards_place, warn
 
 AIM_DEG = 2.0
-"""Maximum error of heading or gaze that is not corrected, degrees."""
+"""Largest error of heading or gaze that the oracle does not correct, degrees."""
 STAY = "Stay."
 
 
@@ -37,7 +37,7 @@ def forward(metres: float) -> str:
 
 
 class Wander(ScriptedModel):
-    """Turns by a random angle or walks a random distance, each half of the time."""
+    """At each decision, turns by a random angle or walks a random distance, with equal chances."""
 
     def __init__(self, name: str, max_turn_deg: float = 90.0, max_distance_m: float = 2.0) -> None:
         super().__init__(name, max_turn_deg=max_turn_deg, max_distance_m=max_distance_m)
@@ -63,10 +63,10 @@ class Spin(ScriptedModel):
 
 
 class Knower(Spin):
-    """Answers every question about a walk correctly, from `Question.secret`; on its own walk it looks around."""
+    """Answers every question about a walk correctly, from `Question.secret`; on its own walk it only turns."""
 
     def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Give the right answer."""
+        """Return the right answer."""
         answer: str = observation["answer"]
         return answer
 
@@ -74,7 +74,7 @@ class Knower(Spin):
 
 
 class Mumbler(ScriptedModel):
-    """Says one of its sentences at random; some are readable but oddly worded, some unreadable."""
+    """Says one of its sentences at random."""
 
     def __init__(self, name: str, sentences: Sequence[str]) -> None:
         super().__init__(name, sentences=list(sentences))
@@ -86,10 +86,10 @@ class Mumbler(ScriptedModel):
 
 
 class Oracle(ScriptedModel):
-    """In 3D takes the shortest route to the target, looks at it, then stays; in 2D goes to the nearest place.
+    """Takes the shortest path to its target, looks at it, then stays; in 2D worlds, goes to the nearest place.
 
-    In 3D it reads `way`, `near`, `reached`, `target_yaw` and `target_pitch` of `Question.secret`. In 2D it passes on
-    all fires that it knows at every step.
+    In 3D worlds it reads `way`, `near`, `reached`, `target_yaw` and `target_pitch` of `Question.secret`. In 2D worlds
+    it warns its neighbours of all fires that it knows at every step.
     """
 
     def check(self, question: Question) -> None:
@@ -101,7 +101,7 @@ class Oracle(ScriptedModel):
         if question.kind == "move" and not question.told["target"]:
             raise InputError(
                 f"Model '{self.name}' goes to a target, but the world has none. Set world.targets, or choose another "
-                "policy (scripted/wander walks about)."
+                "policy, such as model=scripted/wander."
             )
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:

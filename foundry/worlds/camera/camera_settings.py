@@ -20,7 +20,7 @@ IMAGE_FORMATS = ("png", "jpeg")
 
 
 class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The scene's file, the prims to exclude, and the folder from which it may read; None means the file's folder."""
+    """The scene's file, the prims to leave out, and the folder from which it may read; None means the file's folder."""
 
     asset: str
     exclude: list[str] = []
@@ -37,7 +37,7 @@ class BodySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
 
 class EyeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The agent's eye: image size in pixels; angles in degrees (`fov` is the vertical field of view)."""
+    """The agent's eye: size of its images in pixels, vertical field of view and largest pitch in degrees."""
 
     width: Size
     height: Size
@@ -46,7 +46,7 @@ class EyeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 
 class StartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A first pose, or the region from which it is drawn; metres and degrees."""
+    """The first pose, or the region from which it is drawn; metres and degrees."""
 
     region: tuple[Point2, Point2] | None = None
     x: float | None = None
@@ -57,7 +57,7 @@ class StartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
 
 
 class TargetSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A target: its name, patterns of its prims, and the distance that counts as reached, metres."""
+    """A target: its name, patterns of its prims' paths, and the distance that counts as reached, metres."""
 
     name: str
     prims: list[str]

@@ -1,4 +1,4 @@
-"""Finds the target of a 3D run in a picture, and its direction if it is outside the picture."""
+"""Finds where a picture of a 3D run shows the target, and the direction of a target outside the picture."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from foundry.worlds.camera.loading.scene import FloatArray, Scene
 from foundry.worlds.camera.surroundings import foot_of, turn_between
 
 NEAR_M = 0.02
-"""Distance from the eye below which nothing is drawn, metres."""
+"""Smallest distance from the eye at which something is drawn, metres."""
 
 _FOLLOWING = (1, 2, 0)
 """For each corner of a triangle, its next corner."""
@@ -21,13 +21,13 @@ _FOLLOWING = (1, 2, 0)
 
 @dataclass(frozen=True, eq=False)
 class Pointed:
-    """The place of a target as seen from a pose; places are fractions of the picture's size, from its upper left.
+    """Where a target is as seen from a pose; places are fractions of the picture's size, from its upper left corner.
 
     Attributes:
         boxes: (n, 2, 2) upper left and lower right corner of each separate part of the target within the picture. If
-            any point is visible, only boxes with a visible point.
+            some parts have a visible point, only those are listed.
         spot: (2,) a visible point of the target, or None.
-        centred: whether the target's middle is within the picture.
+        centred: whether the target's middle is within the picture, visible or not.
         turn: angle from the heading to the target's middle, degrees, left positive, -180..180.
         tilt: angle from the gaze to the target's middle, degrees, up positive.
     """
@@ -40,7 +40,7 @@ class Pointed:
 
 
 class Pointer:
-    """Points at a target from any pose.
+    """Finds a target in the pictures from any pose.
 
     Args:
         prims: paths of the target's prims; everything below them belongs to the target.
@@ -66,7 +66,7 @@ class Pointer:
         self.boxes: FloatArray = joined(np.array([[one.min(axis=0), one.max(axis=0)] for one in corners]))
 
     def seen_from(self, pose: Pose) -> Pointed:
-        """Return the place of the target as seen from a pose."""
+        """Return where the target is as seen from a pose."""
         eye = foot_of(pose) + (0.0, 0.0, self._eye_height)
         axes = eye, direction(pose.yaw, pose.pitch), direction(pose.yaw, pose.pitch + 90)
         seen = self._shares(offsets_from(*axes, self._sight.points_seen(eye, self._target)))
@@ -83,11 +83,11 @@ class Pointer:
         )
 
     def _shares(self, offsets: FloatArray) -> FloatArray:
-        """Return the places of (n, 3) offsets in the picture, (k, 2), without offsets behind the eye."""
+        """Return where the picture shows points at (n, 3) offsets from the eye, (k, 2), without points behind it."""
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:
-        """Return the (2, 2) box around the visible part of (n, 3, 3) triangles, given as offsets, or None."""
+        """Return the box (2, 2) around the part of (n, 3, 3) triangles, as offsets, within the picture, or None."""
         following = corners[:, _FOLLOWING]
         crossing = (corners[..., 2] < NEAR_M) != (following[..., 2] < NEAR_M)
         start, end = corners[crossing], following[crossing]
@@ -101,7 +101,7 @@ class Pointer:
 
 
 def joined(boxes: FloatArray) -> FloatArray:
-    """Return (n, 2, k) boxes, lowest and highest corner each, after merging boxes that overlap or touch."""
+    """Return boxes (n, 2, k), each its lowest and highest corner, after merging those that overlap or touch."""
     if not len(boxes):
         return boxes
     low, high = boxes[:, 0], boxes[:, 1]
@@ -127,7 +127,7 @@ def _holding(boxes: FloatArray, places: FloatArray) -> FloatArray:
 
 
 def _midmost(places: FloatArray, boxes: FloatArray) -> FloatArray | None:
-    """Return the most central of the (k, 2) places within the largest box, or None if the box contains no place."""
+    """Return the most central of the places (k, 2) that the largest box contains, or None if it contains none."""
     if not len(boxes):
         return None
     largest = np.argmax((boxes[:, 1] - boxes[:, 0]).prod(axis=1))

@@ -1,4 +1,4 @@
-"""The parts of a scene that all runs share: geometry, collision, paths, targets and eye; made once per process."""
+"""What all runs in a scene share: its geometry, collisions, paths, targets and views; made once per process."""
 
 import io
 from collections import Counter
@@ -24,22 +24,22 @@ from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 from foundry.worlds.camera.loading.stage import load_scene
 
 POSE_DIGITS = 9
-"""Digits of a pose: rounding to the nanometre lets a recorded pose redraw the exact image."""
+"""Decimal places of a pose's numbers; a pose that is rounded so draws the same image as before."""
 
 
 def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
-    """Return a pose from a foot position (3,), metres, and angles, degrees."""
+    """Return the pose with this place (3,) of the foot, metres, heading and gaze, degrees."""
     x, y, z = (round(float(value), POSE_DIGITS) + 0.0 for value in foot)
     return Pose(x, y, z, round(yaw % 360.0, POSE_DIGITS) % 360.0, round(pitch, POSE_DIGITS) + 0.0)
 
 
 def foot_of(pose: Pose) -> FloatArray:
-    """Return the foot (3,) of a pose, metres."""
+    """Return the place (3,) of a pose's foot, metres."""
     return np.array([pose.x, pose.y, pose.z])
 
 
 def feet_of(poses: Iterable[Pose]) -> FloatArray:
-    """Return the feet (k, 3) of poses, metres."""
+    """Return the places (k, 3) of the poses' feet, metres."""
     return np.array([foot_of(pose) for pose in poses])
 
 
@@ -49,13 +49,13 @@ def turn_between(before: float, after: float) -> float:
 
 
 CLEARANCE_M = 0.1
-"""Free space around the body at the start, beyond its radius."""
+"""Free space around the body at the start, beyond its radius, metres."""
 
 ARRIVED_M = 0.03
-"""Distance at which a corner of a path counts as reached, since nobody walks by millimetres."""
+"""Distance at which a corner of a path counts as reached, metres, since nobody walks by millimetres."""
 
 DRAWS = 100
-"""Maximum number of draws of a start outside the goal."""
+"""Largest number of times that a start or a path is drawn until one is suitable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,11 @@ class Target:
     """A target.
 
     Attributes:
-        name: name in the task.
-        label: label of its prims, or None.
+        name: its name in the task.
+        paths: paths of its meshes.
+        label: label of its meshes, or None if they have none or several.
         radius: distance that counts as reached, metres.
-        ways: shortest paths to its goal, that is, to the cells that are near enough and in sight of the target.
+        ways: shortest paths to its goal: the cells that are near enough, with the target in line of sight.
     """
 
     name: str
@@ -79,14 +80,14 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The shortest path to a goal: points (k, 3), metres, and its length, None if there is no path."""
+    """The shortest path to a goal: its points (k, 3) and its length, metres; the length is None without a path."""
 
     points: FloatArray
     length: float | None
 
     @property
     def corners(self) -> list[list[float]]:
-        """The points to walk to, [x, y], without the start."""
+        """The points [x, y] to walk to, one after another, without those that are reached already."""
         gaps = np.hypot(*(self.points - self.points[:1])[:, :2].T)
         ahead = self.points[int(np.argmax(gaps > ARRIVED_M)) :] if (gaps > ARRIVED_M).any() else self.points[-1:]
         return [[float(x), float(y)] for x, y, _ in ahead]
@@ -107,11 +108,11 @@ class Surroundings:
 
     @cached_property
     def navigator(self) -> Navigator:
-        """Finds where the body can walk; computed once per scene and cached on disk."""
+        """The navigator of this scene and body, made once; its cells are cached on disk."""
         return Navigator(self.collider, self.body, cache=paths.scene_cache_dir())
 
     def episode(self, line: bytes) -> CameraEpisode:
-        """Return the facts of an episode in this scene from its line of `episode.jsonl`.
+        """Return the record of an episode in this scene, given its line of `episode.jsonl`.
 
         Raises:
             InputError: the episode was in another scene.
@@ -129,7 +130,7 @@ class Surroundings:
         return found
 
     def renderer(self) -> Renderer:
-        """Return the eye of this process."""
+        """Return the renderer of the agent's views."""
         camera = self.settings.camera
         return renderer_for(self.scene, width=camera.width, height=camera.height, fov_deg=camera.fov)
 
@@ -139,7 +140,7 @@ class Surroundings:
         return self.target(targets[int(rng.integers(len(targets)))]) if targets else None
 
     def target(self, settings: TargetSettings) -> Target:
-        """Return a target with the paths to it; computed once."""
+        """Return a target with the paths to it, which are computed once."""
         if settings.name not in self._targets:
             self._targets[settings.name] = self._find_target(settings)
         return self._targets[settings.name]
@@ -169,8 +170,8 @@ class Surroundings:
 
         Args:
             rng: draws the start.
-            target: the target; the start must not be near it.
-            ways: paths; the start is a place with such a path. None means the paths to the target.
+            target: the target, which the start must not be near.
+            ways: paths, one of which must begin at the start. None means the paths to the target.
         """
         start = self.settings.start
         yaw = float(rng.uniform(0.0, 360.0)) if start.yaw is None else start.yaw
@@ -192,7 +193,7 @@ class Surroundings:
         return self.navigator.random_foot(rng, box, clearance_m=clearance, field=ways)
 
     def _stand(self, x: float, y: float) -> FloatArray:
-        """Return the foot of a body that stands at (x, y), metres."""
+        """Return the place (3,) of the foot of a body that stands at (x, y), metres."""
         start, (low, high) = self.settings.start, self.collider.bounds[:, :2]
         if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
             raise InputError(
@@ -212,12 +213,12 @@ class Surroundings:
         return foot
 
     def eye(self, pose: Pose) -> FloatArray:
-        """Return the eye (3,), metres."""
+        """Return the place of the eye (3,) at a pose, metres."""
         return np.array([pose.x, pose.y, pose.z + self.settings.body.eye_height])
 
     @cached_property
     def labels(self) -> dict[str, str | None]:
-        """Label of each mesh, or None, by its path."""
+        """The label of each mesh, or None, by the mesh's path."""
         return {mesh.path: mesh.label for mesh in self.scene.meshes}
 
     def way(self, pose: Pose, target: Target | None) -> Way:
@@ -231,7 +232,7 @@ class Surroundings:
 
 
 def surroundings_of(settings: CameraSettings) -> Surroundings:
-    """Return the surroundings for the given settings; the latest are cached and shared by runs and conditions."""
+    """Return the surroundings for these settings; the latest ones are cached, and runs and conditions share them."""
     elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
     return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
 

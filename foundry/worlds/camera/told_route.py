@@ -1,4 +1,4 @@
-"""A route divided into legs and described in English and Japanese; every word is true of the legs."""
+"""Divides a route into legs and describes them in English and Japanese; every word is true of the legs."""
 
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -19,12 +19,12 @@ class Leg(msgspec.Struct, frozen=True, kw_only=True):
     """A straight piece of a described route.
 
     Attributes:
-        turn: turn from the previous heading, whole degrees, left positive, -180..180.
+        turn: turn before the leg, whole degrees, left positive, -180..180.
         metres: length seen from above, metres, rounded to tenths.
         end: foot at its end, metres.
-        towards: name of the thing to which the leg leads, as seen from its start, or null.
-        near: name of a thing near the leg's end, as seen from there along the leg, or null.
-        side: side of that thing: `ahead`, `left` or `right`, or null.
+        towards: name of the thing straight ahead at the leg's start, or null.
+        near: name of a thing that is near and in view at the leg's end, or null.
+        side: where the near thing is at the leg's end: `ahead`, `left` or `right`, or null.
     """
 
     turn: int
@@ -42,8 +42,8 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
         grain: level of detail: `coarse`, `medium` or `fine`.
         instruction: the route in words, by language: `english`, `japanese`.
         legs: the described legs, from the start to the goal.
-        facing: direction of the middle of the goal's thing from the end of the route: degrees from the heading there,
-            left positive, and from the horizon, up positive.
+        facing: angles to the middle of the goal at the end of the route: from the heading, left positive, and from the
+            horizon, up positive, degrees.
     """
 
     grain: str
@@ -53,16 +53,16 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""Maximum distance of a leg from a corner of the shortest path; the second is for legs in degrees and metres."""
+"""Largest distance of a leg from a corner of the shortest path; the second one is for legs in degrees and metres."""
 
 NEAR_M = 2.5
-"""Maximum distance of a thing from the end of a leg that names it, seen from above."""
+"""Largest distance of a near thing from the end of a leg, seen from above, metres."""
 
 TOWARDS_DEG = 10.0
-"""Maximum angle between a leg and the middle of the thing that it leads towards."""
+"""Largest angle between a leg and the middle of the thing that it leads towards."""
 
 AHEAD_DEG = 15.0
-"""Maximum angle between the heading and the middle of a thing that is called ahead."""
+"""Largest angle between the heading and the middle of a thing that is called ahead."""
 
 _Named: TypeAlias = tuple[str | None, str | None, str | None]
 _NOTHING: _Named = (None, None, None)
@@ -71,13 +71,13 @@ _NOTHING: _Named = (None, None, None)
 def legs_of(things: Things, start: Pose, points: FloatArray, goal: str) -> list[Leg]:
     """Return the legs of a path, rounded to whole degrees and tenths of metres.
 
-    Each leg begins at the end of the rounded legs before it, so rounding errors do not add up.
+    Each leg begins where the rounded leg before it ends, so rounding errors do not add up.
 
     Args:
-        things: the things that can be named.
+        things: the things that legs can name.
         start: the first pose.
-        points: the path, (k, 3) metres, from the start.
-        goal: name of the thing at its end, which only the last leg may name.
+        points: the path from the start, (k, 3), metres.
+        goal: name of the thing at the path's end, which no leg may name.
     """
     legs: list[Leg] = []
     here, heading = points[0], start.yaw
@@ -98,9 +98,9 @@ def legs_of(things: Things, start: Pose, points: FloatArray, goal: str) -> list[
 
 
 def straightened(points: FloatArray, aside_m: float, is_free: Free) -> FloatArray:
-    """Return the points (k, 3) of a path without unimportant corners.
+    """Return the points (k, 3) of a path without its small detours.
 
-    A straight leg replaces the points between its ends if none is farther than `aside_m` from it and the leg is free.
+    A straight leg replaces the points between its ends if they are at most `aside_m` from it and the leg is free.
     Otherwise the path is split at the farthest point. Source: Ramer 1972; Douglas and Peucker 1973.
     """
     if len(points) < 3:
@@ -115,14 +115,14 @@ def straightened(points: FloatArray, aside_m: float, is_free: Free) -> FloatArra
 
 
 def _gaps(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distances of points (n, 2) from the straight line between two points, (n,)."""
+    """Return the distance of each of (n, 2) points from the straight line between two others, (n,)."""
     way = end - start
     along = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
     return np.asarray(np.hypot(*(points - start - along[:, None] * way).T))
 
 
 def _named(things: Things, before: Pose, after: Pose, told: Container[str | None]) -> _Named:
-    """Return the thing that a leg leads towards, the thing near its end, and the latter's side; skip named things."""
+    """Return the thing that a leg leads towards, a thing near its end, and that thing's side; never one of `told`."""
     seen_first, seen_last = things.seen(before), things.seen(after)
     closer = [name for name in seen_last if name not in told and _comes_near(things, name, before, after)]
     near = min(closer, key=lambda name: things.gap(name, after), default=None)
@@ -141,7 +141,7 @@ def _comes_near(things: Things, name: str, before: Pose, after: Pose) -> bool:
 
 
 def side_of(aside: float) -> str:
-    """Return the side of a direction relative to the heading, degrees, left positive."""
+    """Return `ahead`, `left` or `right` for an angle from the heading, degrees, left positive."""
     if abs(aside) <= AHEAD_DEG:
         return "ahead"
     return "left" if aside > 0 else "right"
@@ -151,10 +151,10 @@ GRAINS = ("coarse", "medium", "fine")
 """Levels of detail: the goal alone; the turns with the visible things; every leg with its turn and length."""
 
 STRAIGHT_DEG, SLIGHT_DEG, BACK_DEG = 15.0, 50.0, 150.0
-"""Largest turn that counts as straight on, largest slight turn, and smallest turn that counts as turning around."""
+"""Largest turn that is called straight on, largest one called slight, and smallest one called turning around."""
 
 TILT_DEG = 10
-"""Smallest angle to the horizon that is mentioned, degrees."""
+"""Smallest angle from the horizon that is mentioned, degrees."""
 
 Facing: TypeAlias = tuple[float, float]
 
@@ -164,15 +164,15 @@ def told(grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> dict[str
 
     Args:
         grain: one of GRAINS.
-        goal: name of the thing at its end.
+        goal: name of the thing at the route's end.
         legs: the route.
-        facing: direction of the middle of that thing from the end, degrees from the heading and from the horizon.
+        facing: angles to the middle of that thing at the end, from the heading and from the horizon, degrees.
     """
     return {language: teller.tell(grain, goal, legs, facing) for language, teller in _TELLERS.items()}
 
 
 class _Teller:
-    """Describes a route in the language of these texts; every method returns a sentence or a part of one."""
+    """Describes a route in the language of its texts; every method but `tell` returns a sentence or a part of one."""
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         self._texts = texts

@@ -1,7 +1,7 @@
-"""Questions about a walk with known answers, computed from its pictures and the places of things.
+"""Questions about a walk, with answers that are computed from its pictures and from the places of things.
 
-Every question has one certain answer: things are either clearly visible or completely hidden, and compared values
-differ by a margin. As far as the walk permits, all allowed answers to a question are about equally likely.
+Every question has one certain answer: a thing is either clearly visible or not at all, and compared values differ by a
+margin. As far as the walk permits, all possible answers to a question are about equally likely.
 """
 
 import math
@@ -25,16 +25,16 @@ COUNTED = 3
 """Number of things that a `count` question names."""
 
 FARTHER, FARTHER_M = 1.3, 0.5
-"""Minimum ratio and difference of two compared distances, metres."""
+"""Smallest ratio and smallest difference, in metres, of two distances that are compared."""
 
 SIDE_DEG = (20.0, 160.0)
-"""Smallest and largest angle from straight ahead of a thing that is left or right, degrees."""
+"""A thing on the left or right is between these angles from straight ahead, degrees."""
 
 NEAREST_M, MOST_M = 0.5, 30.0
-"""Smallest and largest distance of a thing in a `distance` question; the largest is also the largest answer."""
+"""Smallest and largest distance of a thing in a `distance` question, metres; no answer may be larger."""
 
 LEAST_SCALE_M = 0.5
-"""A `distance` question is asked only if the best constant answer has at least this mean error."""
+"""A `distance` question is asked only if the best constant answer has at least this mean error, metres."""
 
 ACTIONS: Mapping[str, Actions] = {
     "nearer": Actions(labels=LETTERS[:2]),
@@ -55,9 +55,9 @@ class Probe:
     Attributes:
         kind: one of ACTIONS.
         question: the question in words, by language.
-        choices: meanings of the letters; empty if the answers are not letters.
-        chance: probability that a random allowed answer is right; None for unbounded numbers.
-        scale: for a distance, the smallest mean error of a constant answer over all things, metres.
+        choices: text of each letter; empty if the answers are not letters.
+        chance: probability that a random possible answer is right; None for a distance.
+        scale: for a distance, the mean error of the best constant answer over all things, metres.
     """
 
     kind: str
@@ -69,10 +69,11 @@ class Probe:
 
 
 class Walk:
-    """The content of a walk's pictures, and the places of things as seen from its end.
+    """The things in a walk's pictures, and where they are as seen from its end.
 
     Args:
-        frames: poses of the pictures, in order; the last one is the end.
+        things: the things of the scene.
+        frames: poses of the pictures, in order; the last one is the end of the walk.
     """
 
     def __init__(self, things: Things, frames: Sequence[Pose]) -> None:
@@ -80,15 +81,15 @@ class Walk:
         self._pixels = [things.pixels(pose) for pose in frames]
 
     def seen(self) -> list[str]:
-        """Return the things that a picture shows with enough pixels, in alphabetical order."""
+        """Return the things that any picture shows with enough pixels, in alphabetical order."""
         return [name for name in self._things.names if self._first(name) is not None]
 
     def unseen(self) -> list[str]:
-        """Return the things that are in no picture, not even with one pixel."""
+        """Return the things of which no picture shows a single pixel."""
         return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
 
     def arrivals(self) -> dict[str, int]:
-        """Return the first picture that shows each thing, if with enough pixels; other things are left out."""
+        """Return the number of the first picture that shows each thing, without things that it shows too small."""
         found = {name: self._first(name) for name in self.seen()}
         return {
             name: first
@@ -101,7 +102,7 @@ class Walk:
         return self._things.gap(name, self.end)
 
     def aside(self, name: str) -> float:
-        """Return the angle of a thing from the last heading, degrees, left positive."""
+        """Return the angle from the heading at the end to a thing, degrees, left positive."""
         return self._things.aside(name, self.end)
 
     def _first(self, name: str) -> int | None:
@@ -123,7 +124,6 @@ def _probe(
     scale: float | None = None,
     **named: str,
 ) -> Probe:
-    """Return a question with these names in its text."""
     question = {language: text.format(**named) for language, text in _TEXTS[kind].items()}
     return Probe(kind, question, choices or {}, truth, chance, scale)
 
@@ -206,10 +206,10 @@ _ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
 
 
 def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[Pose]:
-    """Return the poses of pictures on a path.
+    """Return the poses at which pictures of a path are taken.
 
-    The first pose is the start with its own heading. The others are evenly spaced and look along the path. The last
-    pose is at the end and looks towards the target.
+    The first pose is the start with its own heading. The others are evenly spaced and look along the path, but the last
+    one, at the end, looks towards the target.
 
     Args:
         start: the first pose.
@@ -230,5 +230,5 @@ def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[P
 
 
 def spread(poses: Sequence[Pose], number: int) -> list[int]:
-    """Return the indices of evenly spaced poses of a longer walk, including the first and the last."""
+    """Return the indices of this number of evenly spaced poses of a walk, with its first and last pose."""
     return sorted({round(place) for place in np.linspace(0, len(poses) - 1, min(number, len(poses))).tolist()})
