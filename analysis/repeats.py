@@ -55,10 +55,7 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
 def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray) -> float:
     """Return the share of equal pairs if each agent took its counted actions in random order; NaN without pairs.
 
-    Args:
-        choice: requested action by step and agent, (T, N).
-        counted: whether the decision counts, (T, N).
-        pairs: whether both the decision and the next one count, (T - 1, N).
+    `choice` and `counted` are as in `repeats`; `pairs` tells whether a decision and the next one count, (T - 1, N).
     """
     able = np.flatnonzero(pairs.any(axis=0))
     alike = [1 - variety(np.bincount(choice[counted[:, agent], agent])) for agent in able.tolist()]

@@ -63,7 +63,6 @@ def _group_of(folder: RunFolder) -> str:
 
 
 def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
-    """Yield a row per kind of call for runs that differ only in `sampling_seed`."""
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
     codes: dict[str, int] = {}
@@ -85,12 +84,7 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
 
 
 def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisions] | None:
-    """Return the decisions of a complete run, by kind of call; None for other runs.
-
-    Args:
-        folder: the run.
-        codes: index of each choice by its text; this function adds new choices.
-    """
+    """Return the decisions of a complete run, by kind of call, or None; add indices of new choices to `codes`."""
     whole = measurable(folder, folder.summary())
     if whole is None:
         return None

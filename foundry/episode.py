@@ -234,7 +234,6 @@ class _AskedAhead:
             return None
 
     async def _take(self) -> None:
-        """Wait for a reply, and handle all replies that have arrived."""
         there = [await self._there.get()]
         while not self._there.empty():
             there.append(self._there.get_nowait())
@@ -253,7 +252,6 @@ class _AskedAhead:
             self._episode.keep([call for call, _ in answers], [answer for _, answer in answers])
 
     def _fail(self, is_stopping: bool) -> None:
-        """Raise the error that ends the episode in the current round."""
         pending = (question.asked for question in self._episode.world.pending())
         first = next((self._failed[asked] for asked in pending if asked in self._failed), None)
         if first is not None:

@@ -71,25 +71,22 @@ _FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 
 def present(target: Any) -> Any:
     """Return the current import path for a class path from an old record; return anything else unchanged."""
+    return _renamed(target, MOVED, _MODULES)
+
+
+def _renamed(target: Any, classes: Mapping[str, str], modules: Mapping[str, str]) -> Any:
     if not isinstance(target, str):
         return target
     module, dot, name = target.rpartition(".")
-    return MOVED.get(target) or f"{_MODULES.get(module, module)}{dot}{name}"
-
-
-def _first_name(target: Any) -> Any:
-    now = present(target)
-    if not isinstance(now, str):
-        return now
-    module, dot, name = now.rpartition(".")
-    return _FIRST.get(now) or f"{_FIRST_MODULES.get(module, module)}{dot}{name}"
+    return classes.get(target) or f"{modules.get(module, module)}{dot}{name}"
 
 
 def with_first_names(value: Any) -> Any:
     """Replace each `_target_` in a configuration by the first path that its class had."""
     if isinstance(value, Mapping):
         return {
-            key: _first_name(inner) if key == "_target_" else with_first_names(inner) for key, inner in value.items()
+            key: _renamed(present(inner), _FIRST, _FIRST_MODULES) if key == "_target_" else with_first_names(inner)
+            for key, inner in value.items()
         }
     return [with_first_names(inner) for inner in value] if isinstance(value, list | tuple) else value
 

@@ -14,6 +14,7 @@ import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 
@@ -142,12 +143,15 @@ def own_class(target: str) -> type | None:
     return value if isinstance(value, type) and _is_in_own_folder(value.__module__) else None
 
 
-def _is_in_own_folder(name: str) -> bool:
-    """Return whether the top-level package or module of an import path lies in one of your own folders."""
+def _spec(name: str) -> ModuleSpec | None:
     try:
-        spec = importlib.util.find_spec(name.partition(".")[0])
+        return importlib.util.find_spec(name)
     except (ImportError, ValueError):
-        return False
+        return None
+
+
+def _is_in_own_folder(name: str) -> bool:
+    spec = _spec(name.partition(".")[0])
     places = [] if spec is None else (spec.submodule_search_locations or [spec.origin or os.devnull])
     folders = [folder for folder in own_folders() if folder != _ROOT]
     return bool(places) and all(Path(place).parent in folders for place in places)
@@ -187,7 +191,8 @@ def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
 @cache
 def _imported(file: Path) -> ModuleType:
     natural = f"{file.parent.name}.{file.stem}"
-    if _is_found_as(natural, file):
+    found = _spec(natural)
+    if found is not None and found.origin is not None and Path(found.origin) == file:
         return importlib.import_module(natural)  # any kind of import gives this module, so each class exists once
     name = f"foundry_own_{file.parent.name}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
@@ -196,12 +201,3 @@ def _imported(file: Path) -> ModuleType:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
-
-
-def _is_found_as(name: str, file: Path) -> bool:
-    """Return whether `import` would find this file under this name."""
-    try:
-        spec = importlib.util.find_spec(name)
-    except (ImportError, ValueError):
-        return False
-    return spec is not None and spec.origin is not None and Path(spec.origin) == file

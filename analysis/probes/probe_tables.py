@@ -224,7 +224,6 @@ class _Elsewhere:
 
 
 def _declares(row: Row) -> tuple[str, ...]:
-    """Return the models or the edit that declare a row."""
     return (row["level"], row["reference"]) if row["factor"] == "model" else (row["level"],) * (row["factor"] == "edit")
 
 

@@ -21,7 +21,6 @@ def events(run: RoundsRun) -> Iterator[Event]:
 
 
 def _first_unlike(run: RoundsRun, kind: str) -> Iterator[Event]:
-    """Yield an event for the first round in which agents answer one kind of question differently."""
     own = (run.kind == kind) & run.readable
     by_step: dict[int, Counter[str]] = {}
     for step, label, number in zip(

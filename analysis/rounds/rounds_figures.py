@@ -69,7 +69,6 @@ class RoundsFigures:
             yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
 
     def _bounds(self, kind: str) -> tuple[float, float]:
-        """Return the limits of a panel's axis: 0 and 1 for shares, or the declared bounds of numbers."""
         known = self._actions[kind]
         if known.labels:
             return 0.0, 1.0

@@ -127,7 +127,6 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
 
 
 def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Split arguments into overrides and flags, and names of signatures."""
     overrides: list[str] = []
     names: list[str] = []
     is_folder = False

@@ -108,7 +108,6 @@ def _builds_the_same(case: ModelCase, change: _Change, kept: str) -> bool:
 
 
 def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
-    """Yield a change of each flag and number among the settings, and among settings one level below."""
     for key, value in settings.items():
         if key in _NAMES:
             continue

@@ -113,7 +113,6 @@ def failed(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def _cause(error: Exception) -> str:
-    """Return an error in one line, with the last place in the user's code."""
     text = one_line(error)
     if isinstance(error, FoundryError):
         return text
@@ -180,12 +179,7 @@ seen = attrgetter("step", "agent", "kind", "observation", "images", "options", "
 def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictures: bool = False) -> Episode:
     """Play a world until it ends, asks nothing, or has asked more than `most` questions.
 
-    Args:
-        world: a new episode.
-        answering: answers the questions.
-        most: maximum number of questions.
-        looks: number of calls of `pending()` per round.
-        pictures: whether to draw each state.
+    `pending()` is called `looks` times per round; `pictures` draws each state.
     """
     opening, asked = tuple(world.opening()), 0
     turns: list[Turn] = []

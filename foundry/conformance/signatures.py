@@ -227,7 +227,6 @@ def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> Signature
 
 
 def _module(name: str, form: str) -> ModuleType:
-    """Find a signature's module: a file, one of your own, or one shipped for this form or for any form."""
     own = {one.name: one for one in own_modules("signatures")}
     if name.endswith(".py") and Path(name).is_file():
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
@@ -283,7 +282,6 @@ def _played(
 
 
 def _arrays_of(run: RunFolder) -> list[Any]:
-    """Return a run as arrays: in the class of its form, and in the class for any form."""
     from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 

@@ -192,7 +192,6 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
 
 
 def _several(key: str, recorded: Sequence[Any]) -> InputError:
-    """Return the error for runs that differ in a setting of which a probe needs one value."""
     names = list(dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded))
     formats = list(dict.fromkeys(format_of(one) for one in recorded)) if key == "prompt" else []
     if len(names) == 1 and len(formats) > 1:
@@ -204,7 +203,6 @@ def _several(key: str, recorded: Sequence[Any]) -> InputError:
 
 
 def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    """Describe two different parts with the same name by the first setting in which they differ."""
     found = first_difference(without_servers(first), without_servers(second))
     if found is None:
         return name

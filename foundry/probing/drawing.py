@@ -143,7 +143,6 @@ def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment
 
 
 def _round_robin(queues: Iterable[Iterator[Moment]]) -> Iterator[Moment]:
-    """Yield one item from each queue in turn, until all are empty."""
     left = list(queues)
     while left:
         still = []

@@ -267,7 +267,6 @@ class SeenProbe:
         return list(self.models).index(run.subject), edits.index(run.edit), self.formats.index(run.format)
 
     def _asking(self, moment: Moment) -> list[_Run]:
-        """Return the complete runs that may ask a moment, because they have its seed."""
         seed = self.moments.runs[moment.run].seed
         return [run for run in self._runs if run.folder.run.seed == seed and run.folder.is_complete]
 
@@ -333,7 +332,6 @@ def _choice(run: _Run, line: ProbeStep) -> str:
 
 
 def _with_calls(folder: RunFolder) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
-    """Read the decisions of a run, and match each with its call; return them by moment."""
     lines = lines_of(folder.steps_bytes(), ProbeStep, folder.stream_path("steps"))
     placed = (((line.step, line.agent, line.kind), line) for line in lines)
     found: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}

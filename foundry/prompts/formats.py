@@ -143,7 +143,6 @@ class Format:
         return [one for _, one in sorted(zip(drawn, sections, strict=True))]
 
     def _written(self, text: str) -> str:
-        """Format the headings, labels and lists of a marked text."""
         found = list(_MARKED.finditer(text))
         pieces, end = [], 0
         for run in _runs(found, text):
@@ -207,7 +206,6 @@ def _kind(one: re.Match[str]) -> str:
 
 
 def _joined(written: Sequence[str], run: Sequence[re.Match[str]], text: str) -> str:
-    """Join formatted parts with the text that is between them."""
     between = [text[one.end() : other.start()] for one, other in zip(run, run[1:], strict=False)]
     return "".join(part for pair in zip(written, [*between, ""], strict=True) for part in pair)
 

@@ -73,7 +73,6 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
 
 
 def _is_small(text: str) -> bool:
-    """Return whether the text is small enough for the library to mend it quickly."""
     brackets, quotes = (sum(text.count(one) for one in kind) for kind in ("{[(", "\"'“”"))
     return len(text) <= LONGEST and brackets <= MOST_BRACKETS and quotes <= MOST_QUOTES
 

@@ -1,7 +1,6 @@
 """Computes the best policy of an environment that has a table of its rules."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,23 +9,8 @@ from numpy.typing import NDArray
 from foundry.errors import InputError
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """The best action in each state, given the number of remaining turns.
-
-    Attributes:
-        choice: index of the best action, (turns, states); all turns remain in the first row, one in the last.
-    """
-
-    choice: NDArray[np.int64]
-
-    def best(self, state: int, step: int) -> int:
-        """Return the best action in a state at this 1-based turn."""
-        return int(self.choice[len(self.choice) - step, state])
-
-
-def plan_of(env: Any, steps: int) -> Plan | None:
-    """Compute the plan of an environment that has a table of its rules, as FrozenLake has; return None for others.
+def plan_of(env: Any, steps: int) -> NDArray[np.int64] | None:
+    """Return the best action at each turn in each state, (turns, states); None without a table of the rules.
 
     It uses backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
 
@@ -50,7 +34,7 @@ def plan_of(env: Any, steps: int) -> Plan | None:
         expected = (chance * (reward + goes_on * value[follows])).sum(axis=2)
         choices.append(expected.round(12).argmax(axis=1))
         value = expected.max(axis=1)
-    return Plan(np.array(choices))
+    return np.array(choices[::-1])
 
 
 def _as_set(env: Any) -> str:

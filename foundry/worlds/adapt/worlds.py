@@ -11,12 +11,13 @@ from typing import Any, ClassVar
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from foundry.declared import Actions
 from foundry.errors import InputError, NotInstalledError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.texts import one_line
-from foundry.worlds.adapt.planning import Plan, plan_of
+from foundry.worlds.adapt.planning import plan_of
 from foundry.worlds.adapt.playing import Choices, InTurn, OfAll, OfOne, Playing, choices_of, plain
 from foundry.worlds.base import Question, Recorded, Redrawing
 from foundry.worlds.rounds.rounds_world import Play, RoundsScenario, RoundsWorld
@@ -89,7 +90,7 @@ class Adapted(RoundsScenario):
     records: ClassVar[tuple[type[Record], ...]] = (Turn, Message, Agent, Return)
     playing: ClassVar[type[OfOne | OfAll | InTurn]]
     choices: Choices
-    plan: Plan | None = None
+    plan: NDArray[np.int64] | None = None
 
     def __init__(
         self,
@@ -218,7 +219,7 @@ class Adapted(RoundsScenario):
     def _secret(self, state: Any, step: int) -> dict[str, Any] | None:
         if self.plan is None:
             return None
-        return {"best": self.choices.labels[self.plan.best(int(state), step)]}
+        return {"best": self.choices.labels[int(self.plan[step - 1, int(state)])]}
 
     def start(self, seed: int) -> RoundsWorld:
         """Return a fresh episode for this seed."""

@@ -57,7 +57,6 @@ class Random(ScriptedModel):
         return act(any_of(choices, rng), reasoning="A draw among the legal actions.")
 
     def _left(self, choices: list[str], idle: str | None, rng: Generator) -> list[str]:
-        """Draw whether to be idle, and return the choices that are left after this draw."""
         if self.stay_probability is None or idle not in choices or len(choices) == 1:
             return choices
         stays = rng.random() < self.stay_probability

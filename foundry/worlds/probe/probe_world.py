@@ -152,7 +152,6 @@ class ProbeScenario(Scenario):
         return read_moments(self._places()["moments"], self._sha256)
 
     def _put(self, seed: int) -> Iterator[Put]:
-        """Yield each repeat of each question, by step."""
         asked, around = self._asked(seed), self._around(seed)
         for moment in sorted(asked, key=lambda one: (one.step, one)):
             changed = self._changed(asked, around, moment)
@@ -161,7 +160,6 @@ class ProbeScenario(Scenario):
                     yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
 
     def _around(self, seed: int) -> Mapping[Moment, Question]:
-        """If the edit uses other moments, return the moments of this seed and of the next."""
         return {**self._asked(seed), **self._asked(self._after(seed))} if self._edit.looks_around else {}
 
     def _changed(
@@ -176,7 +174,6 @@ class ProbeScenario(Scenario):
         return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
-        """Return the next larger seed with moments; after the largest, the smallest."""
         seeds = sorted({one.seed for one in self.moments().runs.values()})
         return next((one for one in seeds if one > seed), seeds[0])
 

@@ -91,7 +91,6 @@ def _moves(form: str) -> Mapping[str, Move]:
 
 
 def _set(inside: Any, keys: Sequence[str], value: float) -> Any:
-    """Return a copy with the number at a path set to a value; None if there is no such number."""
     key, rest = keys[0], keys[1:]
     if isinstance(inside, list):
         if key == COUNT and not rest:

@@ -168,7 +168,6 @@ class Fishery(RoundsScenario):
         }
 
     def _conversation(self, table: Table, order: Generator, shown: Mapping[str, Any]) -> _Conversation:
-        """Ask the agents for talk in turn; return their messages."""
         talk: list[dict[str, Any]] = []
         silent = 0
         for agent in islice(cycle(order.permutation(self.agents).tolist()), self.talk):

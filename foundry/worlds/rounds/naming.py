@@ -181,8 +181,6 @@ class NamingGame(RoundsScenario):
 
 
 class _Episode:
-    """The states of all agents in one episode, and the interactions that change them."""
-
     def __init__(self, rules: NamingGame, table: Table) -> None:
         committed = set(table.stream("committed").permutation(rules.agents)[: rules.committed].tolist())
         self._rules, self._table = rules, table

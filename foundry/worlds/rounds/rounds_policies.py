@@ -155,7 +155,6 @@ def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Atte
 
 @lru_cache(maxsize=4096)
 def _own(seed: int, agent: int, number: int) -> NDArray[np.int64]:
-    """Return the indices in PREDICTORS of the predictors that an agent has."""
     return seeding.stream(seed, f"predictors of {agent}").permutation(len(PREDICTORS))[:number]
 
 

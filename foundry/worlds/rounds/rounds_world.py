@@ -111,7 +111,6 @@ def _shade(number: float, known: Actions) -> str:
 
 
 def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
-    """Draw a legend of the colours below the rows."""
     x, y = float(_LEFT), float(_BOTTOM + 14)
     for kind, known in actions.items():
         for label in known.labels or (f"{kind}: {known.low:g} to {known.high:g}",):
@@ -289,7 +288,6 @@ class RoundsWorld(World):
         return self._scenario.picture([line for line in self._lines if line.step <= self.step], self.step)
 
     def _go_on(self, decisions: Any) -> list[Record]:
-        """Play on to the next questions, or to the end; return the new records."""
         try:
             self._asked = tuple(self._play.send(decisions))
             if not self._asked:
