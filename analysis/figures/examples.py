@@ -1,4 +1,4 @@
-"""Reads every complete run once and keeps the content of example plots."""
+"""Reads every complete run once, and collects the content of plots and tables of single runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,11 +16,11 @@ from analysis.plots import Picture
 
 @dataclass(frozen=True)
 class Examples:
-    """Content of plots of single runs.
+    """Plots and tables of single runs.
 
     Attributes:
-        seed: the lowest seed; its runs are shown.
-        doubts: step and agent of the first unreadable decision, by run.
+        seed: seed of the shown runs, which is the lowest.
+        doubts: by the id of a run, step and agent of its first unreadable decision.
     """
 
     seed: int

@@ -1,4 +1,4 @@
-"""The runs of tables and plots, with their groups."""
+"""Assigns each run to its group, and each group to its look."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -40,12 +40,12 @@ class Member:
 
     @property
     def decisions(self) -> int:
-        """Number of action decisions."""
+        """Number of decisions about actions."""
         return sum(self.summary.counts.outcomes.values()) if self.summary else 0
 
     @property
     def unreadable(self) -> int:
-        """Number of unreadable action decisions."""
+        """Number of unreadable decisions about actions."""
         outcomes = self.summary.counts.outcomes if self.summary else {}
         return sum(count for outcome, count in outcomes.items() if outcome not in _READ)
 
@@ -70,7 +70,7 @@ def members(
 
 
 def shown_groups(comparison: Comparison) -> list[Shown]:
-    """Return the groups in the order of their models' first runs, baselines last; a model has one look everywhere."""
+    """Return the groups in the order of their models' first runs, baselines last; a model looks the same everywhere."""
     at = comparison.group_columns.index(MODEL)
     own = [group for group in comparison.groups if group not in comparison.baselines]
     others = [group for group in comparison.groups if group in comparison.baselines]
@@ -78,7 +78,7 @@ def shown_groups(comparison: Comparison) -> list[Shown]:
 
 
 def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[Shown]:
-    """Return groups with their looks, sorted by model; groups of one model get different looks."""
+    """Return groups with different looks, sorted by model."""
     models = list(dict.fromkeys(group[at] for group in groups))
     if len(models) == 1 < len(groups):
         return [Shown(group, index, baseline) for index, group in enumerate(groups)]

@@ -1,4 +1,4 @@
-"""All plots of an analysis, with captions."""
+"""Builds the plots of an analysis, with captions."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from analysis.tables.texts import number, with_interval
 
 
 def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
-    """Return the means of groups with 95 % intervals, and the scale, in words."""
+    """Return, as text, the means of groups with 95 % intervals, and the marked values of the scale."""
     means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
     marks = [
         f"{what} {number(value)}"
@@ -30,18 +30,18 @@ def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
 
 
 _MEANS = (
-    "Marks (discs for baselines) are means over seeds, bars are 95 % intervals, and dots are single seeds. n is the "
-    "number of seeds with a value."
+    "Marks are means over seeds (discs for baselines), bars are their 95 % intervals, and dots are single seeds. n is "
+    "the number of seeds with a value."
 )
-_NULL = " Dashed line: value by chance alone; dotted line: the best scripted policy."
+_NULL = " The dashed line is the value by chance alone, and the dotted line that of the best scripted policy."
 _PAIRS = (
     "Mean difference paired by seed, with its 95 % interval. A filled mark with a star is significant after "
-    "correction over the family of tests. A tilde marks a difference within the declared margin. Grey rows are "
-    "outside the family. n is the number of pairs."
+    "correction for all tests. A tilde marks a difference within the declared margin. Grey rows were not tested. n is "
+    "the number of pairs of seeds."
 )
 
 MOST_PANELS = 24
-"""Maximum number of measures of a signature in a plot, since many worlds have many actions and places."""
+"""Maximum number of measures in a plot; worlds can have many actions and places, each with a measure."""
 
 
 def every_picture(
@@ -60,7 +60,7 @@ def every_picture(
 
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
-    """Return short names of compared groups, in the order of the groups; every plot uses these names."""
+    """Return the short names of compared groups and contexts, which every plot of differences uses."""
     ordered = dict.fromkeys(part for one in shown for part in one.group)
     named = {*contrasts["reference"], *contrasts["level"]}
     contexts = [context for context in dict.fromkeys(map(str, contrasts["context"])) if context]
@@ -70,7 +70,7 @@ def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, 
 def means_picture(
     comparison: Comparison, shown: Sequence[Shown], signature: str, validation: pd.DataFrame | None = None
 ) -> Picture:
-    """Return the means of one signature, limited to its first measures if there are many."""
+    """Return the plot of a signature's means; if it has many measures, only the first are shown."""
     measures = comparison.headlines[signature]
     drawn = measures[:MOST_PANELS]
     contents = [
@@ -82,7 +82,8 @@ def means_picture(
         for measure in drawn
     ]
     says = " ".join(f"{title}: {in_words(groups, scale)}" for title, groups, scale in contents)
-    left_out = f" {len(drawn)} of {len(measures)} measures; all are in comparison.md." if drawn != measures else ""
+    shown_of = f" {len(drawn)} of {len(measures)} measures are shown; all are in comparison.md."
+    left_out = shown_of if drawn != measures else ""
     return Picture(
         signature,
         f"{signature}: means",
@@ -96,7 +97,7 @@ def means_picture(
 def forest_picture(
     contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[Shown], signature: str
 ) -> Picture | None:
-    """Return the paired differences of one signature; None if nothing is compared."""
+    """Return the plot of a signature's paired differences; None if nothing is compared."""
     measures = comparison.headlines[signature][:MOST_PANELS]
     rows = contrasts[contrasts["measure"].isin(measures)]
     names = letters_of(rows, shown)
@@ -111,7 +112,7 @@ def forest_picture(
 
 @dataclass(frozen=True)
 class Standardised:
-    """A cell of the fingerprints."""
+    """A cell of the heatmap."""
 
     measure: str
     group: str
@@ -119,14 +120,14 @@ class Standardised:
 
 
 def fingerprint_picture(found: Fingerprint) -> Picture | None:
-    """Return the heatmap of the standardised measures; None with fewer than two groups, or without values."""
+    """Return the heatmap of the standardised means; None with fewer than two groups, or without values."""
     if len(found.levels) < 2 or not found.measures:
         return None
     shown = fingerprint_map(found)
     caption = (
-        "Headline measures, standardised over all runs of the groups. Rows are measures, and columns are groups. "
-        "The tree shows the similarity of groups (average linkage). If the seeds are drawn again, a percentage says "
-        "how often the tree merges these groups, too. There is no overall score."
+        "Means of the headline measures, standardised over all runs of the groups. Rows are measures, and columns are "
+        "groups. The tree joins similar groups (average linkage). Each percentage says in how many resamples of the "
+        "seeds the tree joins the same groups. There is no overall score."
     )
     cells = [
         Standardised(measure, label, float(value))

@@ -1,4 +1,4 @@
-"""The groups of tables and plots: names, order, baselines."""
+"""A group as tables and plots show it."""
 
 from dataclasses import dataclass
 
@@ -8,11 +8,11 @@ from analysis.prose import group_label
 
 @dataclass(frozen=True)
 class Shown:
-    """A group.
+    """A group with its look.
 
     Attributes:
-        index: index of its look: the index of its model among models, or among baselines. Further groups of a model
-            have indices from `palette.LOOKS` on.
+        index: index of its look, which is the index of its model among the models, or among the baselines. Further
+            groups of a model have indices from `palette.LOOKS` on.
     """
 
     group: tuple[str, ...]
@@ -31,5 +31,5 @@ class Shown:
 
 
 def example_caption(seed: int) -> str:
-    """Return the caption of plots of single runs, which are all of one seed."""
-    return f"Seed {seed}: the lowest of the sweep, chosen before any run."
+    """Return the beginning of the captions of plots that show runs of a single seed."""
+    return f"Runs with seed {seed}, which is always the lowest seed of the sweep."

@@ -1,4 +1,4 @@
-"""Draws runs in one figure for a paper: after some steps, or with their whole paths."""
+"""Draws several runs in one figure for a paper: their state after some steps, or the whole paths of agents."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -28,7 +28,7 @@ def sketch(runs: Mapping[str, RunFolder], steps: Sequence[int] | None) -> str:
     drawn = in_room(f"analysis.{form}.{form}_sketch", "sketch")
     if len(names) > 1 or drawn is None:
         raise InputError(
-            f"--svg draws runs of one form (grid, camera or rounds); these runs are of {' and '.join(names)}."
+            f"--svg draws runs of one form (grid, camera or rounds), but these have the form {' and '.join(names)}."
         )
     shown = [
         (Shown((name,), run.model_place, baseline=False), read_run(run, read_records(run, run.summary())))

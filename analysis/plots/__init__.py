@@ -1,7 +1,8 @@
-"""Draws results, but computes none."""
+"""Draws plots of results, but computes none."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,11 +23,10 @@ class Picture:
 
     Attributes:
         name: name of its files, without a suffix.
-        title: title, in a few words.
-        caption: text on its content and how to read it.
+        caption: its content and how to read it.
         draw: function that draws it.
         says: its numbers in words, for readers who cannot see it.
-        data: its data, written as CSV next to it; see `analysis.plots.data.rows_of`.
+        data: its data, which is written as CSV; see `analysis.plots.data.rows_of`.
     """
 
     name: str
@@ -47,15 +47,22 @@ class Drawn:
     png: bytes = b""
 
 
-def draw(picture: Picture, *formats: str, columns: int = 1) -> Drawn:
-    """Draw a picture in some of `FORMATS`, with equal bytes each time; it is as wide as `columns` of a paper."""
+def draw(picture: Picture, *formats: str, columns: int = 1, dense: float = math.inf) -> Drawn:
+    """Draw a picture, with equal bytes each time.
+
+    Args:
+        picture: the picture.
+        *formats: some of `FORMATS`.
+        columns: width of the figure in columns of a paper.
+        dense: number of characters of SVG above which the picture is also drawn as PNG.
+    """
     with styled(columns):
         figure = picture.draw()
         settle(figure)
-        # PNG comes first, because the other formats change the figure's points per inch.
-        png = png_bytes(figure) if "png" in formats else b""
+        svg = svg_text(figure, picture.name) if "svg" in formats else ""
         pdf = pdf_bytes(figure) if "pdf" in formats else b""
-        return Drawn(picture, svg_text(figure, picture.name) if "svg" in formats else "", pdf, png)
+        png = png_bytes(figure) if "png" in formats or len(svg) > dense else b""
+        return Drawn(picture, svg, pdf, png)
 
 
 def write(drawn: Drawn, folder: Path) -> list[Path]:

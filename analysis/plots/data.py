@@ -1,4 +1,4 @@
-"""Writes the data of a figure as a table in long form, for other programs."""
+"""Converts the data of a figure to a table in long form, for other programs."""
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
@@ -8,11 +8,11 @@ import numpy as np
 
 _SCALARS = (str, bool, int, float, np.generic)
 _LOOKS = ("index",)
-"""Fields that define a group's look."""
+"""Fields that are left out, because they only define the look of a group."""
 
 
 def csv_of(data: Iterable[Any]) -> str:
-    """Return the rows as CSV; fields that a row lacks are empty."""
+    """Return the data as CSV; fields that a row lacks are empty."""
     import pandas as pd
 
     return pd.DataFrame(list(rows_of(data))).to_csv(index=False, lineterminator="\n")
@@ -21,8 +21,8 @@ def csv_of(data: Iterable[Any]) -> str:
 def rows_of(data: Iterable[Any], panel: str = "") -> Iterator[dict[str, Any]]:
     """Yield the rows of data classes; in a tuple of a title and a list, they belong to the panel with this title.
 
-    Fields with one number or text become columns. Fields with arrays give one row per element, with its index as
-    `position`, or as `row` and `column`. A group becomes its label.
+    A field with one number or text becomes a column. A field with an array gives one row per element, with the index of
+    the element as `position`, or as `row` and `column`. A group becomes its label.
     """
     for part in data:
         if dataclasses.is_dataclass(part):

@@ -1,4 +1,4 @@
-"""Whole figures: panels with their legends and colour bars."""
+"""Draws whole figures: panels with their legends and colour bars."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,23 +15,23 @@ from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
 
 _KEY_WIDTH = 46
 _HEAT_IN = 1.6
-"""Width for a heatmap next to the names of its rows."""
+"""Width of a heatmap beside the names of its rows, inches."""
 
 
 def new_figure(height: float) -> Figure:
-    """Return an empty figure of a height, inches, with the current width."""
+    """Return an empty figure of the given height, inches."""
     return Figure(figsize=(style.width(), height), dpi=style.DPI, layout="constrained", facecolor="white")
 
 
 def stacked(heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels of the given heights, inches, below each other."""
+    """Return a figure with panels below each other, which have the given heights, inches."""
     figure = new_figure(sum(heights))
     panels = figure.subplots(len(heights), 1, squeeze=False, height_ratios=list(heights))[:, 0]
     return figure, list(panels)
 
 
 def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
-    """Return a figure with a panel of means for each measure, given its title, groups and scale."""
+    """Return a figure with a panel of means for each measure, from its title, groups and scale."""
     figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
     for ax, (title, groups, scale) in zip(panels, contents, strict=True):
         draw_panel(ax, groups, title, scale)
@@ -61,7 +61,7 @@ def _write_below(figure: Figure, key: Sequence[str]) -> None:
 
 
 def fitting(labels: Sequence[str]) -> Mapping[str, str]:
-    """Return the labels of a heatmap's columns, or letters if they would overlap."""
+    """Return the labels of a heatmap's columns; they are replaced by letters if they would overlap."""
     room = _HEAT_IN / len(labels)
     return {label: label for label in labels} if all(lines(one) * LINE_IN < room for one in labels) else keys(labels)
 

@@ -1,4 +1,4 @@
-"""Heatmap of all groups and measures: the standardised means, and the similarity of groups."""
+"""Draws the fingerprints: a heatmap of the standardised means of all groups, and a tree of similar groups."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ON_LINE: Any = {
     "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8},
 }
 LIMIT = 2.5
-"""Standardised value at the ends of the colour scale."""
+"""Absolute standardised value at the ends of the colour scale."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Merge:
         left_height: distance at which the left branch begins.
         right_height: distance at which the right branch begins.
         height: distance at which both branches merge.
-        support: share of resamples (of seeds) in which the same groups merge; NaN where unknown.
+        support: share of resamples of the seeds in which the same groups merge; NaN if unknown.
     """
 
     left: float
@@ -55,7 +55,7 @@ class FingerprintMap:
         labels: names of the groups, in the order of the dendrogram.
         measures: names of the measures.
         z: standardised means, (measures, groups); NaN where undefined.
-        merges: the dendrogram, from the bottom up; empty with fewer than two groups.
+        merges: the merges of the dendrogram, lowest first; empty with fewer than two groups.
     """
 
     labels: tuple[str, ...]
@@ -65,7 +65,7 @@ class FingerprintMap:
 
 
 def draw_fingerprint(ax: Axes, found: FingerprintMap) -> AxesImage:
-    """Draw the heatmap, a row per measure and a column per group; a dash marks undefined values.
+    """Draw the heatmap with a row per measure and a column per group; a dash marks undefined values.
 
     Returns:
         The image, for its colour bar.
@@ -86,7 +86,7 @@ def draw_fingerprint(ax: Axes, found: FingerprintMap) -> AxesImage:
 
 
 def draw_dendrogram(ax: Axes, merges: Sequence[Merge], groups: int) -> Axes:
-    """Draw the dendrogram of groups above their columns, with the support of every merge in per cent."""
+    """Draw the dendrogram above the columns of the groups, with the support of each merge in per cent."""
     top = max((merge.height for merge in merges), default=1.0) or 1.0
     for merge in merges:
         ax.plot(

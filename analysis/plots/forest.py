@@ -1,4 +1,4 @@
-"""Draws all pairs of one measure: the paired difference and its interval, filled if significant."""
+"""Draws the paired differences in one measure, each with its interval."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Pair:
     """The paired difference of two groups in one measure.
 
     Attributes:
-        label: the two groups, first minus second.
+        label: names of the two groups, first minus second.
         difference: mean of the paired differences; NaN without pairs.
-        low: lower end of its interval, or NaN.
+        low: lower end of the interval, or NaN.
         high: upper end.
         pairs: number of pairs.
         significant: whether the difference is significant after correction.
@@ -44,12 +44,12 @@ class Pair:
 
     @property
     def mark(self) -> str:
-        """A star for a difference, a tilde for equality."""
+        """A star for a significant difference, a tilde for equality."""
         return ("*" if self.significant else "") + ("~" if self.equivalent else "")
 
 
 def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
-    """Draw the pairs below each other, each with a filled star if its difference is significant after correction.
+    """Draw the pairs below each other; a significant difference has a filled mark and a star.
 
     Args:
         ax: target axes.

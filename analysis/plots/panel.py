@@ -1,4 +1,4 @@
-"""Draws all groups of one measure: a dot per seed, the mean and its interval."""
+"""Draws the values of one measure for all groups: a dot per seed, the mean and its interval."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _ROUNDING = 1e-9
 """Difference below which values count as equal."""
 _SPREAD = 0.28
 _PATTERN = 5
-"""Number of offsets of successive dots, so that equal values stay apart."""
+"""Number of different offsets of successive dots, which separate equal values."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Scale of a measure's values; unknown values are NaN.
+    """The scale of a measure.
 
     Attributes:
         low: least possible value.
         high: greatest possible value.
-        null: value by chance alone.
-        best: value of the best scripted policy.
+        null: value by chance alone; NaN if unknown.
+        best: value of the best scripted policy; NaN if unknown.
     """
 
     low: float = -math.inf
@@ -42,17 +42,17 @@ class Scale:
 
     @property
     def marks(self) -> list[float]:
-        """The marked values."""
+        """The known values among `null` and `best`."""
         return [value for value in (self.null, self.best) if not math.isnan(value)]
 
 
 ANY = Scale()
-"""The scale of a measure without known values."""
+"""The scale of a measure of which nothing is known."""
 
 
 @dataclass(frozen=True)
 class GroupValues:
-    """The results of one group.
+    """The values of one measure in one group.
 
     Attributes:
         label: name of the group.
@@ -100,7 +100,7 @@ def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str, scale: Scale
 
 
 def draw_groups(ax: Axes, groups: Sequence[GroupValues], scale: Scale) -> None:
-    """Draw the groups below each other with the marks of their scale, without texts."""
+    """Draw the groups below each other, and the marks of their scale, but no texts."""
     draw_marks(ax, scale)
     for row, group in enumerate(groups):
         _draw_group(ax, group, -row)
@@ -110,7 +110,7 @@ def draw_groups(ax: Axes, groups: Sequence[GroupValues], scale: Scale) -> None:
 
 
 def draw_marks(ax: Axes, scale: Scale) -> None:
-    """Draw the value by chance as a dashed line, and the best policy's value as a dotted line."""
+    """Draw a dashed line at the value by chance, and a dotted line at the best policy's value."""
     for value, dashes in ((scale.null, "--"), (scale.best, ":")):
         if not math.isnan(value):
             ax.axvline(value, color=style.DARK, linestyle=dashes, linewidth=0.9, zorder=1)
@@ -145,7 +145,7 @@ def _draw_group(ax: Axes, group: GroupValues, row: int) -> None:
 
 
 def write_undefined(ax: Axes, row: float) -> None:
-    """Mark a row as undefined."""
+    """Write "undefined" in a row."""
     ax.text(0.02, row, "undefined", transform=ax.get_yaxis_transform(), va="center", color="#888888", size=7)
 
 
@@ -155,13 +155,13 @@ def jitter(count: int) -> FloatArray:
 
 
 def set_limits(ax: Axes, shown: Iterable[float], scale: Scale = ANY, *, ticks: int = 4, upwards: bool = False) -> None:
-    """Set limits around the data. Ticks are only at possible values; if all values are equal, there is one tick.
+    """Set the limits and the ticks of an axis; ticks are only at possible values.
 
     Args:
         ax: target axes.
         shown: values that must be visible.
         scale: limits of all values.
-        ticks: maximum number of intervals between ticks.
+        ticks: maximum number of intervals between ticks; there is one tick if all values are equal.
         upwards: whether values increase upwards instead of to the right.
     """
     axis, limit = (ax.yaxis, ax.set_ylim) if upwards else (ax.xaxis, ax.set_xlim)

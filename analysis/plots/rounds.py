@@ -1,4 +1,4 @@
-"""Draws agents' decisions in rounds: means as lines, single agents as lanes."""
+"""Draws agents' decisions by round: group means as curves, and single agents as rows of colours (lanes)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Curve:
         runs: number of runs.
         index: index among all groups, which selects the colour.
         baseline: whether the group is only a baseline.
-        at: positions on the axis, (T,); None for the rounds 1 to T.
+        at: positions on the axis, (T,); None means the rounds 1 to T.
     """
 
     label: str
@@ -54,8 +54,8 @@ class Lanes:
     Attributes:
         label: name of the group.
         run: the run's id.
-        values: decided numbers, or indices of labels, (N, T); NaN without a decision.
-        labels: the labels; empty for numbers.
+        values: decided numbers, or indices of the decided labels, (N, T); NaN without a decision.
+        labels: the labels; empty if numbers are decided.
     """
 
     label: str
@@ -65,10 +65,10 @@ class Lanes:
 
 
 def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]], scale: Scale = ANY, across: str = "Round") -> Figure:
-    """Return a figure with a panel of lines for each title; the names of groups are below the last panel.
+    """Return a figure with a panel of curves for each title; the names of groups are below the last panel.
 
     Args:
-        panels: titles with their lines.
+        panels: titles with their curves.
         scale: limits of all values.
         across: title of the horizontal axis.
     """
@@ -99,7 +99,7 @@ def _named(curve: Curve) -> str:
 
 
 def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
-    """Return a figure with a panel of lanes for each run, and a key to the colours below."""
+    """Return a figure with a panel of lanes for each run; a key to the colours is below."""
     labels = lanes[0].labels if lanes else ()
     rows = -(-len(labels) // 3)
     heights = [0.5 + min(0.09 * one.values.shape[0] + 0.2, 2.4) for one in lanes]

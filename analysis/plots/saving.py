@@ -23,7 +23,7 @@ _LOOK = f"stroke-linejoin:round;stroke-linecap:butt;font-family:{','.join(_SVG_F
 
 @contextmanager
 def styled(columns: int = 1) -> Iterator[None]:
-    """Apply the style of this package to figures, for the given number of columns of a paper."""
+    """Apply the style of this package to figures that are as wide as the given number of columns of a paper."""
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
@@ -35,7 +35,7 @@ def styled(columns: int = 1) -> Iterator[None]:
 
 
 def settle(figure: Figure) -> None:
-    """Compute the layout once for all formats, so that they are equal and it costs time only once."""
+    """Compute the layout once, so that it is equal in all formats."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -46,6 +46,7 @@ def png_bytes(figure: Figure) -> bytes:
     """Return the figure as PNG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+    figure.dpi = style.DPI  # other formats change it
     written = io.BytesIO()
     # No software entry: its version would change the bytes. The canvas writes once; `savefig` would draw twice.
     FigureCanvasAgg(figure).print_png(written, metadata={"Software": None})  # type: ignore[no-untyped-call]
@@ -64,11 +65,11 @@ def pdf_bytes(figure: Figure) -> bytes:
 
 
 def svg_text(figure: Figure, name: str) -> str:
-    """Return the figure as SVG without an XML declaration, for use in a page.
+    """Return the figure as SVG for a page, without an XML declaration.
 
     Args:
         figure: the figure.
-        name: determines the prefix of every id, so that a page can contain several figures.
+        name: name of the figure; ids begin with a hash of it, so that a page can contain several figures.
     """
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
@@ -85,13 +86,13 @@ def svg_text(figure: Figure, name: str) -> str:
 
 
 def _slim(tag: str) -> str:
-    """Return a tag without fonts, which are set for the whole picture, and with fewer digits."""
+    """Leave out the fonts of a tag, which are set for the whole picture, and shorten its numbers."""
     tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
     return re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.2f}", tag)
 
 
 def _own_ids(text: str, prefix: str) -> str:
-    """Return the SVG with only the ids that are used, as a prefix and a number."""
+    """Leave out unused ids, and replace the others by the prefix and a number."""
     wanted = dict.fromkeys(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
     names = {name: f"{prefix}{number}" for number, name in enumerate(wanted)}
     text = re.sub(r' id="([^"]*)"', lambda found: f' id="{names[found[1]]}"' if found[1] in names else "", text)

@@ -1,4 +1,4 @@
-"""The style of plots: one or two columns wide, readable in print and with colour-vision deficiencies."""
+"""The style of plots, which readers with colour-vision deficiencies can read in print, in one column of a paper."""
 
 from typing import Any
 
@@ -42,7 +42,7 @@ RC: Any = {
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
-"""Settings of plots, independent of the user's settings."""
+"""Settings of matplotlib for all plots; the user's own settings are ignored."""
 
 
 def colour(index: int, *, baseline: bool = False) -> str:
@@ -56,7 +56,7 @@ def marker(index: int, *, baseline: bool = False) -> Any:
 
 
 def line(index: int, *, baseline: bool = False) -> Any:
-    """Return the line style of the group with this index; styles are distinct even without colour."""
+    """Return the line style of the group with this index; styles differ even without colour."""
     shown = look(index, baseline=baseline)
     return {
         "color": shown.colour,
@@ -69,7 +69,7 @@ def line(index: int, *, baseline: bool = False) -> Any:
 
 
 def settings(columns: int) -> Any:
-    """Return RC with the fonts of this machine, for figures with the given number of columns of a paper."""
+    """Return RC with the fonts of this machine, and a width of the given number of columns of a paper."""
     return RC | {"font.family": list(families()), "figure.figsize": (WIDTHS_IN[columns], 3.0)}
 
 

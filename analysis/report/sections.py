@@ -76,9 +76,7 @@ def shapes(pictures: Iterable[Picture], folder: Path, base: Path) -> tuple[Shape
 
 
 def _shape(picture: Picture, folder: Path, base: Path) -> Shape:
-    drawn = draw(picture, "svg")
-    if len(drawn.svg) > DENSE:
-        drawn = draw(picture, "svg", "png")
+    drawn = draw(picture, "svg", dense=DENSE)
     texts = {".svg": "SVG", ".csv": "data"}
     files = [file for file in write(drawn, folder) if file.suffix in texts]
     return replace(shape(drawn), links=tuple(Cell(texts[file.suffix], address(file, base)) for file in files))
