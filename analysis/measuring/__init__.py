@@ -1,1 +1,1 @@
-"""Measures runs, and caches the results."""
+"""Computes the measures and events of runs, and caches the results."""

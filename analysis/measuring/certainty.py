@@ -1,8 +1,9 @@
-"""The certainty of a run's decisions, from log-probabilities, which `model.logprobs` records.
+"""Computes the certainty of decisions from the log-probabilities that `model.logprobs` records.
 
-`steps.parquet` then has three more columns. `probability` is the decision's, and `entropy` is in bits, both among the
-declared labels; `covered` is the total probability of these labels. The columns are empty if no single token decides:
-for a number, for a label that occurs several times or never in the reply, and for labels with a common beginning.
+`steps.parquet` then has three more columns. `probability` is that of the decision, and `entropy` is in bits, both among
+the declared labels; `covered` is the total probability of these labels. The columns are empty if no single token
+decides: for a number, for a label that occurs several times or never in the reply, and for labels with a common
+beginning.
 """
 
 from collections.abc import Iterable
@@ -19,21 +20,21 @@ from foundry.storing.store import RunFolder
 
 COLUMNS = pa.schema({"probability": pa.float64(), "entropy": pa.float64(), "covered": pa.float64()})
 TRUTH = "truth"
-"""The key of the right decision in a world's records."""
+"""The key of the correct decision in the records of a world."""
 
 
 def keeps_logprobs(folder: RunFolder) -> bool:
-    """Return whether the log of a run has log-probabilities."""
+    """Return whether the log-probabilities of a run were recorded."""
     return folder.recorded_config()["model"].get("logprobs") is not None
 
 
 def columns_of(runs: Iterable[RunFolder]) -> list[pa.Schema]:
-    """Return these three columns, if the log of any of the runs has log-probabilities."""
+    """Return the three columns, if the log-probabilities of any of the runs were recorded."""
     return [COLUMNS] if any(map(keeps_logprobs, runs)) else []
 
 
 def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | None:
-    """Return the token probabilities of a run's decisions; None if its log has no log-probabilities."""
+    """Return the token probabilities of a run's decisions; None if they were not recorded."""
     if not keeps_logprobs(folder):
         return None
     columns, declared = records.decisions(), folder.declared
@@ -51,7 +52,7 @@ def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | Non
 
 
 def with_certainty(steps: pa.Table, probabilities: Probabilities | None) -> pa.Table:
-    """Return the steps of a run with these three columns, if its log has log-probabilities."""
+    """Add the three columns to the steps of a run, if its probabilities are known."""
     if probabilities is None:
         return steps
     for field in COLUMNS:

@@ -1,4 +1,4 @@
-"""Events of a run in words, and the file `events.parquet` with the events of a sweep."""
+"""Describes the events of runs in words, and writes those of a sweep to `events.parquet`."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -15,14 +15,14 @@ from foundry.texts import one_line
 
 FILE = "events.parquet"
 LONGEST_TEXT = 120
-"""Maximum number of characters of a message or of a failure's reason in an event."""
+"""Maximum number of characters of a quoted message, or of the cause of a failure, in an event."""
 
 
 class Event(msgspec.Struct, frozen=True, array_like=True):
     """An event of a run.
 
     Attributes:
-        step: 1-based step; 0 before the first.
+        step: 1-based step; 0 before the first step.
         agent: agent id; None if the event is not about a single agent.
         event: identifier of the event, such as `first_warning`.
         text: the event in words.
@@ -35,14 +35,14 @@ class Event(msgspec.Struct, frozen=True, array_like=True):
 
 
 def unreadable_replies(run: Any) -> Iterator[Event]:
-    """Yield the unreadable decisions of a run of any form (`analysis.any.any_run.AnyRun`)."""
+    """Yield an event for each unreadable decision of a run (`analysis.any.any_run.AnyRun`)."""
     for place in np.flatnonzero(~run.readable).tolist():
         agent, kind, outcome = int(run.agent[place]), run.kind[place], OUTCOMES[int(run.outcome[place])]
         yield Event(int(run.step[place]), agent, "unreadable", f"agent {agent}: no readable {kind} ({outcome})")
 
 
 def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
-    """Yield the failure of a run after the given step, with its reason."""
+    """Return the event of a run's failure after the given step, with its cause."""
     if summary is None:
         return []
     cause = one_line(f"{summary.error_type}: {summary.error}", LONGEST_TEXT)
@@ -50,23 +50,23 @@ def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
 
 
 def beginnings(flags: BoolArray) -> list[int]:
-    """Return the first indices of unbroken runs of True in flags (T,)."""
+    """Return the index of the first True of each unbroken sequence of True in flags (T,)."""
     before = np.concatenate([[False], flags[:-1]]) if len(flags) else flags
     return np.flatnonzero(flags & ~before).tolist()
 
 
 class EventsFile:
-    """Collects the events of runs; `write` writes them run by run, in the order of their first events."""
+    """Collects the events of runs, and writes them run by run, in the order in which the runs were added."""
 
     def __init__(self) -> None:
         self._events: dict[tuple[str, str], list[Event]] = {}
 
     def add(self, sweep: str, run: str, events: Iterable[Event]) -> None:
-        """Add events of one run of a sweep."""
+        """Add events of a run."""
         self._events.setdefault((sweep, run), []).extend(events)
 
     def write(self, folder: Path) -> Path:
-        """Write the file, with a column `sweep` for several sweeps, and return its path."""
+        """Write the file and return its path; if there are several sweeps, it has a column `sweep`."""
         several = len({sweep for sweep, _ in self._events}) > 1
         schema = SCHEMA.insert(0, pa.field("sweep", pa.string())) if several else SCHEMA
         columns: dict[str, list[Any]] = {name: [] for name in schema.names}
@@ -82,4 +82,4 @@ class EventsFile:
 SCHEMA = pa.schema(
     [("run", pa.string()), ("step", pa.int64()), ("agent", pa.int64()), ("event", pa.string()), ("text", pa.string())]
 )
-"""The columns of the file; for several sweeps, `sweep` comes first."""
+"""The columns of the file; if there are several sweeps, the column `sweep` comes first."""

@@ -1,6 +1,6 @@
 """Caches measures, so that a second analysis measures only new or changed runs.
 
-A SQLite file in the analysis folder; you can delete it at any time.
+The cache is a SQLite file in the analysis folder. You can delete it at any time.
 """
 
 import hashlib
@@ -22,11 +22,9 @@ from foundry.own_code import own_folders, own_modules
 from foundry.storing.store import RunFolder
 
 _KEPT_EVERY = 64
-"""Number of runs between two commits, since a commit waits for the disk."""
-
+"""Number of runs between two commits, because a commit waits for the disk."""
 _PATIENCE_S = 0.3
-"""Seconds to wait for another process; measuring a run takes less."""
-
+"""Seconds to wait for another process; measuring a run takes less time."""
 _NOWHERE = ":memory:"
 
 _GROUPS = ("signatures", "forms")
@@ -37,8 +35,8 @@ class Measured:
     """The results of measuring one run.
 
     Attributes:
-        steps: its steps without texts; None unless the run is complete.
-        copies: values of the measures on copies with drawn labels.
+        steps: its steps without texts; None if the run is incomplete.
+        copies: values of measures on copies with random labels.
     """
 
     measures: dict[str, float]
@@ -51,9 +49,9 @@ _Kept: TypeAlias = tuple[dict[str, float], list[Event], dict[str, list[float]]]
 
 
 class Memory:
-    """The measures and steps of runs, by a key that changes with the run's files and with the code.
+    """A cache of measures and steps; the key of a run changes with its files and with the code.
 
-    The cache only saves time. So if its file can no longer be used, because another analysis holds it or the disk is
+    The cache only saves time. So if its file can no longer be used, because another analysis uses it or the disk is
     full, caching stops silently.
     """
 
@@ -67,7 +65,7 @@ class Memory:
         return key in self._known
 
     def recall(self, key: str) -> Measured | None:
-        """Return the results stored under the key; None if there are none, or if they cannot be read."""
+        """Return the results under a key, or None if there are none or they cannot be read."""
         found = None
         with self._giving_up():
             query = "SELECT measures, steps FROM measured WHERE key = ?"
@@ -80,7 +78,7 @@ class Memory:
             return Measured(numbers, reader.read_all(), events, {name: np.array(one) for name, one in copies.items()})
 
     def keep(self, key: str, found: Measured) -> None:
-        """Store results, with the steps."""
+        """Store the results of a complete run."""
         assert found.steps is not None
         if not self._usable:
             return
@@ -96,21 +94,21 @@ class Memory:
                 self._connection.commit()
 
     def forget_others(self, keys: set[str]) -> None:
-        """Remove all other keys, such as runs measured by older code."""
+        """Remove the results under all other keys, such as those of older code."""
         stale = [(key,) for key in self._known - keys]
         if self._usable and stale:
             with self._giving_up():
                 self._connection.executemany("DELETE FROM measured WHERE key = ?", stale)
 
     def close(self) -> None:
-        """Write everything and close the file."""
+        """Write all pending results and close the file."""
         with closing(self._connection), self._giving_up():
             if self._usable:
                 self._connection.commit()
 
     @contextmanager
     def _giving_up(self) -> Iterator[None]:
-        """Use the file; after a failure never use it again, because each try may wait for the process that holds it."""
+        """Use the file; after a failure never use it again, because each try would wait for the other process."""
         try:
             yield
         except sqlite3.Error:
@@ -119,7 +117,7 @@ class Memory:
 
 @contextmanager
 def open_memory(path: Path) -> Iterator[Memory]:
-    """Open the cache of a sweep: a new one if it is missing or damaged, a temporary one if no file is usable."""
+    """Open the cache; a damaged file is replaced by a new one, and a file that cannot be used by a temporary cache."""
     memory = _opened(path)
     try:
         yield memory
@@ -152,17 +150,17 @@ def _connected(path: Path | str) -> Memory:
 
 
 def key_of(folder: RunFolder, labels: str) -> str:
-    """Return the key of a run: its id and form, the state of its files, the labels of its messages, and the code."""
+    """Return the key of a run: a hash of its id, form and files, of the labels of its messages, and of the code."""
     parts = "\0".join((code_version(own_folders()), labels, folder.id, folder.declared.form, folder.stamp()))
     return hashlib.blake2b(parts.encode(), digest_size=16).hexdigest()
 
 
 @lru_cache(maxsize=4)
 def code_version(folders: tuple[Path, ...]) -> str:
-    """Return a hash of everything that affects a measure: the sources of this package, and your own.
+    """Return a hash of all code that affects measures: this package, and your own signatures and forms.
 
     Args:
-        folders: your own folders; their files, and those in their subfolders of signatures and forms, count.
+        folders: your own folders; their subfolders of signatures and forms are included.
     """
     state = hashlib.blake2b(digest_size=16)
     own = [file for folder in folders for place in ("", *_GROUPS) for file in sorted((folder / place).glob("*.py"))]

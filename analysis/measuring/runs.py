@@ -1,4 +1,4 @@
-"""Measures runs: every measure of every signature, and the other data for the analysis."""
+"""Measures runs: computes all signatures, and the other data that the analysis needs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Values(Mapping[str, float]):
-    """Values by `<signature>.<measure>`; runs with equal measures share the list of names.
+    """The values of a run by `<signature>.<measure>`; runs with the same measures share one list of names.
 
     Attributes:
         names: the measures, in order (M).
@@ -65,12 +65,12 @@ def _shared(names: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, int]]:
 
 
 PARALLEL_FROM = 65
-"""Minimum number of runs for which several processes are faster, including their start."""
+"""Number of runs from which several processes are faster than one, although starting them takes time."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Runs to measure: the runs of a sweep, or of its baselines."""
+    """A sweep to measure, or the baselines of a sweep."""
 
     folder: SweepFolder
     name: str
@@ -89,11 +89,11 @@ def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_
 
 @dataclass(frozen=True)
 class Questions:
-    """The decisions that a world asks for.
+    """The decisions for which a world asks.
 
     Attributes:
         run: class of its runs, which identifies the form.
-        actions: each kind of question with its possible decisions.
+        actions: the possible decisions for each kind of question.
     """
 
     world: str
@@ -101,7 +101,7 @@ class Questions:
     actions: tuple[tuple[str, Actions], ...]
 
     def are_like(self, other: Questions) -> bool:
-        """Return whether all measures are comparable: both are of one world, or ask for the same decisions."""
+        """Return whether all measures are comparable, because the world or the possible decisions are the same."""
         return self.world == other.world or self.actions == other.actions
 
 
@@ -111,10 +111,10 @@ class RunResult:
 
     Attributes:
         keys: the columns `analysis.tables.signature_table.KEYS`.
-        questions: decisions that its world asks for.
-        measures: measures by `<signature>.<measure>`; only FAILURE_RATE unless the run is complete.
-        steps: its steps without texts; None unless the run is complete.
-        copies: values of the measures on copies with drawn labels, (COPIES,) each.
+        questions: the decisions for which its world asks.
+        measures: measures by `<signature>.<measure>`; an incomplete run has only FAILURE_RATE.
+        steps: its steps without texts; None if the run is incomplete.
+        copies: values of measures on copies with random labels, (COPIES,) each.
     """
 
     sweep: str
@@ -134,7 +134,7 @@ class RunResult:
         return replace(self, steps=None, events=())
 
     def without_measures(self) -> RunResult:
-        """Return the result without measures, once they are in a table."""
+        """Return the result without measures, which need not be kept once they are in a table."""
         return replace(self, measures=_NONE, copies={})
 
 
@@ -142,17 +142,17 @@ _NONE = Values({})
 
 
 def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
-    """Return the columns of the steps of the given runs."""
+    """Return the columns of the steps of all given runs."""
     declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
     return [*(form_of(one.form).schema(one) for one in declared.values()), *columns_of(runs)]
 
 
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
-    """Yield every run of the sweeps, in order; cached runs are not measured again.
+    """Yield the results of every run, in order; cached runs are not measured again.
 
     Args:
         sources: the sweeps.
-        memory: cache of measures; new results are added, and results of other runs are removed.
+        memory: the cache; new results are added, and results of other runs are removed.
     """
     seen: set[str] = set()
     for source in sources:
@@ -170,15 +170,13 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
 
 
 def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
-    """Measure the given runs of a sweep, in several processes if that is faster."""
+    """Measure runs of a sweep, in several processes if this is faster."""
     if len(fresh) < PARALLEL_FROM:
         yield from (_measured(folder, source.labelling) for folder in fresh)
         return
     import joblib
 
-    size = (
-        16  # small enough for an even load and little memory, large enough to be worth the transfer to another process
-    )
+    size = 16  # small enough for an even load and little memory, large enough to be worth the transfer
     parts = [source.folder.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
     for results in work(joblib.delayed(_measure_part)(source.labelling, part, own_folders()) for part in parts):
@@ -186,7 +184,7 @@ def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measu
 
 
 def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
-    """Measure a part of a sweep in another process; it may have started before your own folders were known."""
+    """Measure a part of a sweep in another process, which may not know your own folders yet."""
     use(own)
     return [_measured(folder, labelling) for folder in part.runs()]
 

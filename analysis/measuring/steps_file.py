@@ -1,4 +1,4 @@
-"""Writes `steps.parquet`: the steps of all runs without their texts, for any tool that reads Parquet."""
+"""Writes `steps.parquet`: the steps of all runs, without their texts."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -14,16 +14,15 @@ _RUN, _SWEEP = ("run", pa.string()), ("sweep", pa.string())
 _ROWS_AT_ONCE = 65_536
 """Number of steps per row group; a group per run would take several times as long."""
 
-
 SAID = "said"
-"""The column that says whether there was a message; texts are left out."""
+"""The column that says whether the agent sent a message; the text is left out."""
 
 NUMBER = "action_number"
-"""The column for actions that are numbers, if any; labels are in `action`."""
+"""The column for actions that are numbers; the column `action` contains labels."""
 
 
 def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
-    """Return the steps of one run as a table with the column `run` and the columns of its form."""
+    """Return the steps of a run as a table, with the column `run` and the columns of its form."""
     columns = records.columns([name for name in schema.names if name not in (SAID, NUMBER)])
     if SAID in schema.names:
         columns[SAID] = [text is not None for text in records.columns(["message"])["message"]]
@@ -37,7 +36,7 @@ def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
 
 
 class StepsFile:
-    """An open `steps.parquet`; runs are added one by one, so that only the last few runs are in memory."""
+    """An open `steps.parquet`, to which runs are added one by one, so that only a few are in memory."""
 
     def __init__(self, writer: pq.ParquetWriter, schema: pa.Schema) -> None:
         self._writer = writer
@@ -46,7 +45,7 @@ class StepsFile:
         self._rows = 0
 
     def add(self, sweep: str, steps: pa.Table) -> None:
-        """Append the steps of a run of a sweep; columns that its form lacks stay empty."""
+        """Append the steps of a run; columns that its form lacks stay empty."""
         if not steps.num_rows:
             return
         if "sweep" in self._schema.names:
@@ -57,7 +56,7 @@ class StepsFile:
             self.write_waiting()
 
     def write_waiting(self) -> None:
-        """Write the runs in memory."""
+        """Write the runs that are in memory."""
         if self._waiting:
             empty = self._schema.empty_table()
             self._writer.write_table(pa.concat_tables([empty, *self._waiting], promote_options="permissive"))
@@ -66,7 +65,7 @@ class StepsFile:
 
 @contextmanager
 def open_steps_file(path: Path, schemas: Sequence[pa.Schema], *, by_sweep: bool) -> Iterator[StepsFile]:
-    """Write a new file for runs with the given columns; with `by_sweep` its first column is `sweep`."""
+    """Open a new file for runs with the given columns; if `by_sweep`, its first column is `sweep`."""
     schema = joined(schemas).insert(0, pa.field(*_RUN))
     if by_sweep:
         schema = schema.insert(0, pa.field(*_SWEEP))
@@ -77,7 +76,7 @@ def open_steps_file(path: Path, schemas: Sequence[pa.Schema], *, by_sweep: bool)
 
 
 def joined(schemas: Sequence[pa.Schema]) -> pa.Schema:
-    """Return all columns of several forms; a column with incompatible types becomes text."""
+    """Return the columns of several forms together; a column whose types do not agree becomes text."""
     found: dict[str, pa.Field] = {}
     for field in (field for schema in schemas for field in schema):
         found[field.name] = _both(found[field.name], field) if field.name in found else field
@@ -92,7 +91,7 @@ def _both(one: pa.Field, other: pa.Field) -> pa.Field:
 
 
 def _as_in(steps: pa.Table, schema: pa.Schema) -> pa.Table:
-    """Return the steps; columns that are text in the file are converted to text."""
+    """Convert columns to text if they are text in the file."""
     for index, field in enumerate(steps.schema):
         wanted = schema.field(field.name).type
         if pa.types.is_string(wanted) and field.type != wanted:

@@ -1,4 +1,4 @@
-"""Compares runs with their twins: equal model, settings and seed, in a world without the subject of the measures."""
+"""Compares a run with its twin, which differs only in one setting of the world, such as fires that burn or not."""
 
 import json
 from collections.abc import Sequence
@@ -14,9 +14,9 @@ _IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 
 
 def beyond_twins(results: Sequence[RunResult]) -> list[RunResult]:
-    """Return the runs; runs with a twin also have the measures of their form's `Twin`.
+    """Add to each run that has a twin the differences from it, which the form's `Twin` names.
 
-    A twin counts as its own twin, so that its differences are 0 and other runs can be compared with it.
+    A twin is also compared with itself, so its differences are 0.
     """
     pairs = [(form_of(result.form).twin, result) for result in results]
     twins = {_pair(twin, result): result for twin, result in pairs if twin is not None and not _is_told(twin, result)}
@@ -34,7 +34,7 @@ def _is_told(twin: Twin, result: RunResult) -> bool:
 
 
 def _pair(twin: Twin, result: RunResult) -> str:
-    """Return a text that a run and its twin share."""
+    """Return a key that is equal for a run and its twin."""
     parts: dict[str, Any] = {key: result.config.get(key) for key in _IDENTITY}
     parts["world"] = {key: value for key, value in parts["world"].items() if key != twin.setting}
     parts["model"] = {key: value for key, value in parts["model"].items() if key != "server"}

@@ -1,1 +1,1 @@
-"""Declarations before the runs, and the number of undeclared looks at the data."""
+"""Handles declarations before the runs, and counts tests that were not declared."""

@@ -1,4 +1,4 @@
-"""Makes declarations before the runs: measures with their code, tests, and looks with their levels."""
+"""Makes the declaration before the runs: measures with their code, tests, and looks with their levels."""
 
 import datetime
 import math
@@ -58,14 +58,15 @@ def declared(
         conditions: the compared conditions.
         forms: form of each condition's world.
         family: tested measures.
-        margins: by measure of the family, the difference below which conditions count as equal.
-        looks: numbers of seeds at each look; by default a single look at all seeds.
+        margins: by measure, the difference below which conditions count as equal.
+        looks: number of seeds at each look; by default a single look at all seeds.
         widest: by measure with a margin, the largest difference that any seed can have.
         **said: further fields of `Preregistration`: `foundry`, `commit`, `asked`, `models`.
 
     Raises:
-        InputError: a measure does not exist or is named twice. A margin is for another measure or not positive. A
-            widest difference is not above its margin. Looks do not fit the seeds. There is nothing to compare.
+        InputError: a measure does not exist or is named twice. A margin is not positive, or for a measure that is not
+            declared. A widest difference is not above its margin. The looks do not fit the seeds. No two conditions
+            can be compared.
     """
     seeds = list(dict.fromkeys(seed for one in conditions for seed in one.runs.values()))
     wanted = checked_looks(looks, len(seeds))
@@ -119,7 +120,7 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
 
 
 def out_of_reach(plan: Preregistration) -> list[str]:
-    """Return a line for each look at which no test can be significant in the first step of Holm's correction."""
+    """Return a line for each look at which, after Holm's correction, no first test can be significant."""
     return [
         f"at {one.seeds} seeds no p can reach {one.alpha_in_family:.2g}: use more seeds or fewer conditions"
         for one in plan.looks
@@ -128,7 +129,7 @@ def out_of_reach(plan: Preregistration) -> list[str]:
 
 
 def never_the_same(plan: Preregistration) -> list[str]:
-    """Return a line for each measure for which only a difference can be claimed, not equality, with the remedy."""
+    """Return a line for each measure whose equality cannot be shown, with the remedy."""
     lines = [line for one in plan.measures if one.margin is not None and (line := _unreachable(one, len(plan.seeds)))]
     names = [one.name for one in plan.measures if one.margin is None]
     if len(plan.looks) == 1 or not names:
@@ -141,15 +142,15 @@ def never_the_same(plan: Preregistration) -> list[str]:
 
 
 def _unreachable(measure: PlannedMeasure, seeds: int) -> str:
-    """Return why this number of seeds cannot show equality of a measure; "" if it can."""
+    """Return the reason why this number of seeds cannot show equality of a measure, or ""."""
     runs = [form_of(form).run for form in measure.code_sha256]
     name, margin = measure.name, measure.margin or math.nan
     described = describe(name, runs[0] if len(runs) == 1 else None)
     fewest = fewest_for_same(margin, min(described.high - described.low, measure.widest or math.inf))
     if math.isnan(fewest):
         return (
-            f"{name} has no range, so equality within its margin cannot be shown: add --widest {name}=SIZE, the "
-            "largest difference that any seed can have."
+            f"The values of {name} have no limits, so equality within its margin cannot be shown: add --widest "
+            f"{name}=SIZE, the largest difference that any seed can have."
         )
     if fewest <= seeds:
         return ""
@@ -160,12 +161,9 @@ def _unreachable(measure: PlannedMeasure, seeds: int) -> str:
 
 
 def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
-    """Reject names of measures that no signature of the given forms declares, before any run is measured.
+    """Raise an InputError if no signature of the given forms declares a measure.
 
-    Counts and the failure rate are not declared by signatures, and are accepted.
-
-    Raises:
-        InputError: a name is unknown; the message names the closest.
+    Counts and the failure rate are accepted, although signatures do not declare them.
     """
     for name in names:
         if name != FAILURE_RATE and not is_denominator(name):
@@ -173,10 +171,10 @@ def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
 
 
 def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
-    """Return, by form, the hash of the code of a measure's signature.
+    """Return, by form, the hash of the code that computes a measure.
 
     Raises:
-        InputError: no signature of these forms has the measure; the message names the closest.
+        InputError: no signature of these forms has the measure.
     """
     name, _, own = measure.partition(".")
     found: dict[str, Part] = {}
@@ -191,7 +189,6 @@ def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
 
 
 def _measures(signature: Signature, part: Part, measure: str) -> bool:
-    """Return whether a part of a signature has a measure, by its name or a pattern."""
     plain = measure.removesuffix("_readable") if signature.is_readable_only(measure) else measure
     patterns = (one.partition("*") for one in part.measures)
     return any(
@@ -244,7 +241,7 @@ def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
 
 
 def compared_pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
-    """Return the factor of each pair of conditions that differ in exactly one factor, with the forms of both worlds."""
+    """Return, for each pair of conditions that differ in only one factor, this factor and the forms of both worlds."""
     factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
     rows = [
         {

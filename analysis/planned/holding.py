@@ -1,4 +1,4 @@
-"""Compares a preregistration with the runs: its progress, and deviations."""
+"""Compares a preregistration with the runs: which looks are reached, and what differs from the plan."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -21,10 +21,12 @@ from foundry.version import __version__
 
 @dataclass(frozen=True)
 class Held:
-    """A plan compared with the runs.
+    """A preregistration compared with the runs.
 
     Attributes:
-        plan: the part of the declaration that the contrasts need.
+        sha256: hash of its file.
+        plan: the part of it that the contrasts need.
+        differs: the deviations of the runs from it, in words.
     """
 
     declared: Preregistration
@@ -34,7 +36,7 @@ class Held:
 
     @property
     def look(self) -> str:
-        """Progress of the plan, in words."""
+        """The last reached look, in words."""
         looks, reached = self.declared.looks, self.plan.reached
         if not reached:
             return f"before the first look, at {looks[0].seeds} seeds"
@@ -42,7 +44,7 @@ class Held:
         return f"look {reached} of {len(looks)}, at {now.seeds} seeds, level {now.alpha:.2g} of a single test"
 
     def notes(self) -> list[str]:
-        """Return the progress and the deviations, one line each."""
+        """Return the last reached look and the deviations, one line each."""
         kept = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
         known = [self.plan.known] if self.plan.known else []
         differs = [f"differs from the plan: {line}" for line in self.differs]
@@ -50,13 +52,13 @@ class Held:
 
 
 def answered(contrasts: pd.DataFrame) -> bool:
-    """Return whether every declared row shows a significant difference, or equality within its margin."""
+    """Return whether every declared row shows a difference or equality."""
     rows = contrasts[contrasts["claim"] == DECLARED]
     return bool(len(rows) and (rows["significant"] | rows["equivalent"]).all())
 
 
 def open_rows(contrasts: pd.DataFrame) -> list[str]:
-    """Return the undecided declared rows: measure and compared levels."""
+    """Return the declared rows that show neither a difference nor equality, as `measure (level against level)`."""
     rows = contrasts[(contrasts["claim"] == DECLARED) & ~(contrasts["significant"] | contrasts["equivalent"])]
     return [f"{row.measure} ({row.level} against {row.reference})" for row in rows.itertuples()]
 
@@ -64,7 +66,7 @@ def open_rows(contrasts: pd.DataFrame) -> list[str]:
 def plans_of(
     sweeps: Sequence[SweepFolder], table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
 ) -> tuple[Held | None, list[str]]:
-    """Return the first plan among the sweeps, and notes on plans that are not used.
+    """Return the first plan among the sweeps, and notes on other plans, which are not used.
 
     Raises:
         InputError: as in `held`.
@@ -85,7 +87,7 @@ def plans_of(
 
 
 def made_late(sweep: SweepFolder) -> str:
-    """Return evidence, in words, that a plan did not exist when its sweep began; "" without evidence.
+    """Return a note if there is evidence that the plan did not exist when its sweep began, or "".
 
     Raises:
         RecordError: the file cannot be read.
@@ -114,7 +116,7 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
 
 
 def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
-    """Return the preregistration of a sweep, compared with its runs; None without one.
+    """Return the preregistration of a sweep compared with its runs, or None if it has none.
 
     Args:
         sweep: the sweep.
@@ -147,10 +149,10 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
 
 
 def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str] | None:
-    """Return the preregistration of a sweep and the hash of its file; None without one.
+    """Return the preregistration of a sweep and the hash of its file, or None if it has none.
 
     Raises:
-        InputError: the user named a family or margins, which the plan declares.
+        InputError: the user named a family or margins, although the plan declares them.
         RecordError: the file cannot be read.
     """
     found = preregistration_of(sweep.path)
@@ -162,14 +164,13 @@ def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str
 
 
 def _reached(declared: Preregistration, ended: set[str]) -> int:
-    """Return the number of looks for which all runs have ended."""
     open_seeds = {seed for run, seed in declared.runs.items() if run not in ended}
     first = next((place for place, seed in enumerate(declared.seeds) if seed in open_seeds), len(declared.seeds))
     return sum(one.seeds <= first for one in declared.looks)
 
 
 def _changed(declared: Preregistration) -> Iterator[str]:
-    """Yield the measures with code that differs from the plan, or no longer exists."""
+    """Yield the measures whose code has changed since the plan, or no longer exists."""
     for one in declared.measures:
         try:
             now = code_of(one.name, list(one.code_sha256))
@@ -194,7 +195,7 @@ def _differences(
         yield f"{joined([group_label(key) for key in dict.fromkeys(others)])} was added later and is exploratory"
     yield from _of_seeds(declared, plan, table, keys)
     if plan.changed:
-        yield f"the code of {joined(sorted(plan.changed))} has changed, so it is exploratory"
+        yield f"the code of {joined(sorted(plan.changed))} has changed since the plan, so these results are exploratory"
     absent = [one.name for one in declared.measures if one.name not in table.measures]
     if absent and frame["status"].eq(COMPLETE).any():
         yield f"no run has {joined(absent)}"
@@ -214,7 +215,7 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
 
 
 def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:
-    """Yield differences of a sweep from the declared version of foundry and weights, one line each."""
+    """Yield a line for each difference of a sweep from the declared version of foundry and the declared weights."""
     if declared.foundry != __version__:
         yield f"it was made with foundry {declared.foundry}; this is {__version__}"
     now = {one["name"]: one.get("digest") for one in sweep.models}

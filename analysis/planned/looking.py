@@ -1,4 +1,4 @@
-"""Counts how often each pair of groups was tested while seeds were added, and the resulting error of 5 % tests."""
+"""Counts how often each pair of groups was tested while seeds were added, which makes tests at 5 % err more often."""
 
 import datetime
 import hashlib
@@ -26,7 +26,7 @@ _ORDINALS = ("", "", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[_Side, str]:
-    """Return the hash of each group's settings, by factor, level and context as in the contrasts.
+    """Return a hash of each group's settings, by factor, level and context.
 
     Args:
         results: the runs.
@@ -47,9 +47,9 @@ def _hash(config: Mapping[str, Any]) -> str:
 
 
 def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]) -> pd.DataFrame:
-    """Return the contrasts with the number of undeclared looks at each pair; record new looks in the folder.
+    """Add to the contrasts how often each pair was tested without a declaration, and record new looks in the folder.
 
-    A repeated analysis of the same number of seeds is not a new look.
+    An analysis of the same number of seeds is not a new look.
 
     Raises:
         RecordError: the record of earlier looks cannot be read.
@@ -72,7 +72,7 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
 
 
 def said(sizes: Sequence[int]) -> str:
-    """Return, in words, the effect of looks at ascending numbers of pairs on the 5 % level; "" for a single look."""
+    """Return, in words, how often 5 % tests err after looks at these numbers of pairs; "" for a single look."""
     if len(sizes) < 2:
         return ""
     which = f"{_ORDINALS[len(sizes)]} look" if len(sizes) < len(_ORDINALS) else f"look {len(sizes)}"
@@ -80,7 +80,7 @@ def said(sizes: Sequence[int]) -> str:
 
 
 def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:
-    """Yield the tested pairs of groups, with the largest number of pairs of seeds in any measure."""
+    """Yield a look at each tested pair of groups, with the largest number of pairs of seeds among its measures."""
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     tested = contrasts[contrasts["p"].notna()]
     for pair, pairs in tested.groupby(list(_PAIR), sort=False)["n_pairs"].max().items():
@@ -109,5 +109,5 @@ def _sizes(looks: Sequence[LookedAt]) -> dict[_Pair, list[int]]:
 
 
 def _sizes_of(look: LookedAt, sizes: Mapping[_Pair, list[int]]) -> list[int]:
-    """Return the numbers of pairs of seeds at which a pair of groups was tested; old records are found by name."""
+    """Return all numbers of pairs of seeds at which a pair of groups was tested; old records lack the settings."""
     return sorted({size for key in (_texts(look), look.settings) for size in sizes.get(key, [])})

@@ -1,4 +1,4 @@
-"""Computes the power of a sweep before its first call: the seeds that its tests need, and the detectable difference."""
+"""Computes, before the first call, how many seeds a sweep's tests need, and which difference they can detect."""
 
 import math
 from collections.abc import Sequence
@@ -19,18 +19,20 @@ from foundry.storing.preregistration import PlannedCondition
 from foundry.texts import counted
 
 CHANCE = 0.8
-"""The power that defines the detectable difference."""
+"""The probability with which the detectable difference is found."""
 SIMULATIONS = 400
 _MOST_EFFECT, _HALVINGS = 20.0, 8
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Power of the tests of a sweep.
+    """The power of a sweep's tests.
 
     Attributes:
-        pairs: number of pairs of levels, for the factor with the most pairs.
+        pairs: number of pairs of levels of the factor.
+        factor: the factor with the most pairs.
         fewest: minimum number of seeds at which a test can be significant.
+        measures: number of tested measures.
     """
 
     seeds: int
@@ -41,19 +43,16 @@ class Reach:
 
     @property
     def is_enough(self) -> bool:
-        """True if the seeds are enough for any test to be significant."""
+        """True if a test can be significant."""
         return self.seeds >= self.fewest
 
     @cached_property
     def effect(self) -> float:
-        """The difference that is detected with probability CHANCE, in standard deviations of the seeds' differences.
-
-        NaN with too few seeds.
-        """
+        """The difference that is detected with probability CHANCE, in standard deviations; NaN with too few seeds."""
         return sure_effect(self.seeds, self.pairs, self.measures) if self.is_enough else math.nan
 
     def line(self) -> str:
-        """Return the power in one or two sentences."""
+        """Return the power in words."""
         pairs = f"{counted(self.pairs, 'pair')} of {self.factor}s need" + "s" * (self.pairs == 1)
         needed = f"{pairs} at least {self.fewest} seeds"
         if not self.is_enough:
@@ -65,7 +64,7 @@ class Reach:
 
 
 def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measures: int = 0) -> Reach | None:
-    """Return the power of a sweep's tests; None if it compares nothing.
+    """Return the power of a sweep's tests, or None if it compares nothing.
 
     Args:
         conditions: the compared conditions.
@@ -84,7 +83,7 @@ def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measu
 
 
 def _headlines(forms: Sequence[str]) -> int:
-    """Return the number of primary signatures, for the form that has the most."""
+    """Return the number of primary signatures of the form that has the most."""
     runs = [form_of(form).run for form in dict.fromkeys(forms)]
     parts = [[signature.part(run) for signature in discover()] for run in runs]
     return max(sum(part is not None and part.primary for part in own) for own in parts)
@@ -93,8 +92,8 @@ def _headlines(forms: Sequence[str]) -> int:
 def sure_effect(seeds: int, pairs: int, measures: int) -> float:
     """Return the smallest difference of one measure that is detected with probability CHANCE, in standard deviations.
 
-    It simulates normal differences of independent measures, of which one has an effect. The test is max-T within the
-    pair, at the level of the first step of Holm's method.
+    Normal differences of independent measures are simulated, and one measure has an effect. The test is max-T within
+    the pair, at the level of the first step of Holm's method.
     """
     draws = stream(seeds, "reach")
     noise = draws.standard_normal((SIMULATIONS, measures, seeds))

@@ -108,7 +108,7 @@ def test_a_measure_whose_code_changed_explores_and_stays_in_the_family(tmp_path)
     write_preregistration(tmp_path, msgspec.structs.replace(made, measures=[other, *made.measures[1:]]))
     runs = runs_of()
     found = held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
-    assert found.differs == (f"the code of {MEASURES[0]} has changed, so it is exploratory",)
+    assert found.differs == (f"the code of {MEASURES[0]} has changed since the plan, so these results are exploratory",)
     rows = contrasts(runs, plan=found.plan).set_index("measure")
     assert rows["claim"].to_dict() == {MEASURES[0]: "exploratory", MEASURES[1]: "declared"}
     assert rows["family"].tolist() == [2, 2]
