@@ -71,6 +71,7 @@ def render(found: Material, base: Path, folder: Path) -> str:
 
 
 def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
+    from analysis.figures.pictures import fingerprint_picture
     from analysis.paper.methods import bibtex, methods
     from analysis.report import cards, limits, overview, provenance, sections
     from analysis.report.grids import grid, grid_of
@@ -84,7 +85,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     known = validation_table(found.analysis.validation)
     chances = equal_chances_table(found.analysis.equal_chances)
     prevailing = thresholds_table(found.analysis.thresholds)
-    drawn = sections.drawn(found, folder, base)
+    fingerprint = filter(None, [fingerprint_picture(found.analysis.fingerprint)])
     return {
         "title": ", ".join(names),
         "facts": overview.facts(found),
@@ -120,10 +121,10 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "retest": sections.retest_grid(found),
         "equal_chances": grid_of(chances) if chances.rows else None,
         "thresholds": grid_of(prevailing) if prevailing.rows else None,
-        "fingerprint_shapes": drawn.fingerprint,
-        "world_shapes": drawn.world,
+        "fingerprint_shapes": sections.shapes(fingerprint, folder, base),
+        "world_shapes": sections.shapes(found.examples.pictures[: sections.MOST_OF_WORLDS], folder, base),
         "run_grids": sections.run_grids(found, base),
-        "sections": sections.signature_sections(found, drawn.means),
+        "sections": sections.signature_sections(found),
         "methods": methods(found.basis),
         "references": bibtex(found.basis),
     }

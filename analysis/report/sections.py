@@ -1,7 +1,7 @@
 """Builds the parts of the page that show results: tables, pictures, and a section for every signature."""
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from analysis.figures import pictures
 from analysis.plots import Drawn, Picture, draw, write
 from analysis.report.definitions import Definition, definitions
 from analysis.report.grids import Cell, Grid, grid, grid_of
@@ -20,8 +19,8 @@ from analysis.tables.texts import COMPARED, alike, contrast_tables, mean_cells, 
 
 MOST_COLUMNS = 4
 """Maximum number of measures in the short table of a signature."""
-MOST_FIGURES, MOST_OF_WORLDS = 9, 6
-"""Maximum number of pictures on a page, and maximum number of those that show the world, such as maps."""
+MOST_OF_WORLDS = 6
+"""Maximum number of pictures that show the world, such as maps."""
 DENSE = 120_000
 """Number of characters above which an SVG is replaced by a PNG, if the PNG is smaller."""
 _ROUNDING = 1e-9
@@ -58,7 +57,6 @@ class Section:
         declared: whether one of its measures is declared.
         definitions: definitions of its measures.
         headline: mean and interval of its headline measures; None if it has none.
-        shapes: the picture of its means, if it was drawn.
         means: mean and interval of every measure and group.
     """
 
@@ -66,7 +64,6 @@ class Section:
     declared: bool
     definitions: tuple[Definition, ...]
     headline: Grid | None
-    shapes: tuple[Shape, ...]
     means: Grid
 
 
@@ -92,45 +89,10 @@ def shape(drawn: Drawn) -> Shape:
     return Shape(picture.name, picture.title, picture.caption, says, svg, source if dense else "")
 
 
-@dataclass(frozen=True)
-class Pictures:
-    """The pictures of a page, at most MOST_FIGURES: the fingerprints, the world, and the means by signature."""
-
-    fingerprint: tuple[Shape, ...]
-    world: tuple[Shape, ...]
-    means: Mapping[str, Shape]
-
-
-def drawn(found: Material, folder: Path, base: Path) -> Pictures:
-    """Draw the pictures of a page: means are drawn for the signatures with the largest gaps, as far as there is room.
-
-    Args:
-        found: content of the page.
-        folder: folder of the pictures.
-        base: folder of the page, for links to the pictures.
-    """
-    fingerprint_picture = pictures.fingerprint_picture(found.analysis.fingerprint)
-    fingerprint = shapes(filter(None, [fingerprint_picture]), folder, base)
-    world = shapes(found.examples.pictures[:MOST_OF_WORLDS], folder, base)
-    headline = found.analysis.compared.headlines
-    ranked = [finding.measure.partition(".")[0] for finding in found.analysis.findings]
-    room = MOST_FIGURES - len(fingerprint) - len(world)
-    names = [name for name in dict.fromkeys(ranked) if name in headline][:room]
-    means = [
-        pictures.means_picture(found.analysis.compared, found.shown, name, found.analysis.validation) for name in names
-    ]
-    return Pictures(fingerprint, world, dict(zip(names, shapes(means, folder, base), strict=True)))
-
-
-def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Section]:
-    """Return a section for every signature that any run has, declared signatures first.
-
-    Args:
-        found: content of the page.
-        means: by signature, the picture of its means, if it was drawn.
-    """
+def signature_sections(found: Material) -> list[Section]:
+    """Return a section for every signature that any run has, declared signatures first."""
     columns = [(signature, _columns(found.analysis.runs, signature.name)) for signature in discover()]
-    every = [_section(found, means, signature, kept) for signature, kept in columns if kept]
+    every = [_section(found, signature, kept) for signature, kept in columns if kept]
     return sorted(every, key=lambda section: not section.declared)
 
 
@@ -148,7 +110,7 @@ def _differs(runs: pd.DataFrame, name: str) -> bool:
     return not np.allclose(one, other, rtol=0, atol=_ROUNDING, equal_nan=True)
 
 
-def _section(found: Material, means: Mapping[str, Shape], signature: Signature, columns: Sequence[str]) -> Section:
+def _section(found: Material, signature: Signature, columns: Sequence[str]) -> Section:
     compared, name = found.analysis.compared, signature.name
     headline = compared.headlines.get(name, [])
     return Section(
@@ -156,7 +118,6 @@ def _section(found: Material, means: Mapping[str, Shape], signature: Signature, 
         declared=any(measure.startswith(f"{name}.") for measure in found.analysis.declared),
         definitions=tuple(definitions(signature, found.forms)),
         headline=_headline(found, headline, name) if headline else None,
-        shapes=(means[name],) if name in means else (),
         means=_means(found, columns, name),
     )
 

@@ -138,7 +138,7 @@ def test_runs_are_listed_with_causes_first_unreadable_decisions_and_links_of_tho
 
 
 def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile):
-    sections = signature_sections(hostile, {})
+    sections = signature_sections(hostile)
     means = [grid for one in sections for grid in (one.headline, one.means) if grid is not None]
     every = [comparison_grid(hostile), cost_grid(hostile), energy_grid(hostile), *contrast_grids(hostile), *means]
     assert len(every) > 30
