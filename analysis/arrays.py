@@ -1,4 +1,4 @@
-"""The array types of runs of all forms, their outcomes, and the outcomes that count."""
+"""The types of arrays, and the outcomes of decisions, for runs of all forms."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -15,19 +15,19 @@ FloatArray: TypeAlias = NDArray[np.float64]
 TextArray: TypeAlias = NDArray[np.object_]
 
 OUTCOMES = tuple(Outcome)
-"""The outcomes to which the indices in arrays of outcomes refer."""
+"""The outcomes, in the order of the indices in arrays of outcomes."""
 
 READABLE = (OUTCOMES.index(Outcome.CHOSEN), OUTCOMES.index(Outcome.REPAIRED))
 
 STAY = 0
-"""The choice that does nothing, in all forms."""
+"""Index of the choice that does nothing, in all forms."""
 
 
 class Decisions:
-    """The readability of a run's decisions; base of the dataclasses of runs.
+    """Which decisions of a run are readable; base of the dataclasses of runs.
 
     Attributes:
-        outcome: outcome of each call, index into OUTCOMES.
+        outcome: outcome of each call, an index into OUTCOMES.
         readable_only: whether measures leave out unreadable decisions.
     """
 
@@ -36,17 +36,17 @@ class Decisions:
 
     @cached_property
     def readable(self) -> BoolArray:
-        """True for decisions made by the model, chosen or repaired, in the shape of `outcome`."""
+        """True for the decisions that could be read (chosen or repaired), in the shape of `outcome`."""
         return np.isin(self.outcome, READABLE)
 
     @cached_property
     def counted(self) -> BoolArray:
-        """True for decisions that count, in the shape of `outcome`."""
+        """True for the decisions that measures use, in the shape of `outcome`."""
         return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
 
     @property
     def all_readable(self) -> bool:
-        """True if all decisions are readable, so that nothing has to be left out."""
+        """True if all decisions are readable."""
         return bool(self.readable.all())
 
     def only_readable(self) -> Self:

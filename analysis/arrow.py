@@ -1,4 +1,4 @@
-"""Converts frames to Arrow tables, which pandas, polars, R and others can read."""
+"""Converts frames to Arrow tables and Parquet files, which pandas, polars, R and others can read."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 def arrow_table(frame: pd.DataFrame) -> pa.Table:
     """Return a frame as an Arrow table, without its index.
 
-    A column of values without a common type, such as labels and numbers, becomes text: texts do not change, and all
-    other values become JSON.
+    A column with values of several types, such as labels and numbers, becomes text: its texts stay, and all other
+    values become JSON.
     """
     objects = [name for name, dtype in frame.dtypes.items() if pd.api.types.is_object_dtype(dtype)]
     mixed = {str(name): _texts(frame[name]) for name in objects if not _has_a_type(frame[name])}

@@ -1,4 +1,4 @@
-"""Selects the runs of an analysis; every output names the filter."""
+"""Selects the runs of an analysis by their settings."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,15 +15,16 @@ from foundry.storing.store import Condition, expand_ranges, write_atomically
 FILTER_FILE = "filter.json"
 _KNOWN = ("world", "model", "prompt", "seed", "sampling_seed")
 _NOT_OF_BASELINES = ("prompt", "sampling_seed")
-"""Settings that scripted policies ignore, so that filters on them do not apply to baselines."""
+"""Settings that do not filter baselines, because scripted policies ignore them."""
 
 
 @dataclass(frozen=True)
 class Filter:
-    """A selection of runs: runs that match every key in `only` by one of its values, but nothing in `without`.
+    """A selection of runs.
 
-    A key is `world`, `model`, `prompt`, `seed`, `sampling_seed` or the path of a setting, such as `world.steps`.
-    Baselines pass filters on models, prompts and sampling seeds, unless `without` names a baseline as a model.
+    A run is selected if, for every key in `only`, it has one of the values, and for no key in `without` it has one. A
+    key is `world`, `model`, `prompt`, `seed`, `sampling_seed` or the path of a setting, such as `world.steps`. Filters
+    on models, prompts and sampling seeds do not exclude baselines, unless `without` names a baseline as model.
     """
 
     only: Mapping[str, Sequence[str]]
@@ -31,10 +32,10 @@ class Filter:
 
     @classmethod
     def of(cls, only: Iterable[str] = (), without: Iterable[str] = ()) -> "Filter":
-        """Return the filter for texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
+        """Return the filter from texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
 
         Raises:
-            InputError: a text does not have that form.
+            InputError: a text does not have this form.
         """
         return cls(_read("--only", only), _read("--without", without))
 
@@ -48,31 +49,23 @@ class Filter:
         )
 
     def check(self, conditions: Sequence[Condition]) -> None:
-        """Reject keys and values that no condition has.
-
-        Raises:
-            InputError: a key or value is unknown; the message names the closest.
-        """
+        """Raise an InputError if no condition has a key or a value of the filter."""
         for key, asked in (*self.only.items(), *self.without.items()):
             values = {value_text(value) for one in conditions for value in _values(one, key)}
             if not any(one.factors.get(key, "") is None for one in conditions):
                 values.discard("null")  # value of settings that a world lacks
             if not values and key != "sampling_seed":
                 names = (*_KNOWN, *(name for one in conditions for name in one.factors))
-                raise not_found("Setting", key, names, "Settings below them have paths, such as world.steps.")
+                raise not_found("Setting", key, names, "Other settings are named by paths, such as world.steps.")
             for value in asked:
                 if value not in values:
                     raise not_found(key if "." in key else key.capitalize(), value, values)
 
     def taken(self, results: Sequence[RunResult]) -> list[RunResult]:
-        """Return the selected runs.
-
-        Raises:
-            InputError: no run is left.
-        """
+        """Return the selected runs, or raise an InputError if none is left."""
         found = [one for one in results if self.takes(one)]
         if all(one.baseline for one in found):
-            raise InputError(f"{self} leaves none of {len(results)} runs: remove a filter.")
+            raise InputError(f"The filter '{self}' leaves none of {len(results)} runs: remove a part of it.")
         return found
 
     def takes(self, run: RunResult) -> bool:
@@ -85,7 +78,7 @@ class Filter:
         )
 
     def write(self, folder: Path, taken: int, of: int, things: str = "runs") -> None:
-        """Write a note on the number of selected things into the tables' folder; without a filter, write nothing."""
+        """Write the filter and the number of selected things into a folder, or remove the file without a filter."""
         file = folder / FILTER_FILE
         if self:
             content = {"only": self.only, "without": self.without, things: taken, "of": of}
@@ -109,5 +102,5 @@ def _values(condition: Condition, key: str) -> Sequence[Any]:
 
 
 def value_text(value: object) -> str:
-    """Return a setting in the form that filters use."""
+    """Return the value of a setting as filters write it."""
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()

@@ -1,6 +1,6 @@
-"""The analysis of a form of records: arrays, figures and words.
+"""Finds the analysis of a form of records: its arrays, figures and words.
 
-A form's analysis is in `analysis/<form>/` or in your own `forms/<form>.py`; otherwise the analysis of any form is used.
+It is in `analysis/<form>/` or in your own `forms/<form>.py`. A form without its own analysis has that of any form.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from analysis.plots import Picture
 
 ANY = "any"
-"""Name of the form for runs of any form, which are read by the common keys."""
+"""Name of the form that can read all runs, by the keys that all forms share."""
 
 
 class NoDecisionsError(RecordError):
-    """The lines of a run are not decisions, and its world of 0.1 declares none."""
+    """The lines of a run are not decisions, and its world, recorded by 0.1, has no declaration."""
 
 
 class Records(Protocol):
@@ -41,16 +41,16 @@ class Records(Protocol):
 
     @property
     def messages(self) -> list[Message]:
-        """The deliveries."""
+        """The delivered messages."""
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the decisions as rows of a table."""
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the decisions by column."""
+        """Return some keys of the decisions, as columns."""
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the common keys, by column: `step`, `agent`, `kind`, `action`, `outcome` and others."""
+        """Return the keys that all forms share, such as `step`, `agent` and `action`, as columns."""
 
     def arrays(self, folder: RunFolder) -> Any:
         """Return a complete run as arrays, in the form's class `run`.
@@ -63,12 +63,12 @@ class Records(Protocol):
 
 @dataclass(frozen=True)
 class Decisions:
-    """The decisions in one kind of call of a run.
+    """The decisions of a run in one kind of call.
 
     Attributes:
-        choice: index of the choice, by step and agent, (T, N); also by repetition, (T, N, R), if an agent may be asked
-            several times in a step.
-        readable: whether the decision is readable, same shape.
+        choice: index of the choice, by step and agent, (T, N); if an agent may be asked several times in a step, also
+            by repetition, (T, N, R).
+        readable: whether the decision is readable, in the same shape.
     """
 
     choice: IntArray
@@ -77,7 +77,7 @@ class Decisions:
 
 @dataclass(frozen=True)
 class RunTable:
-    """A table of single runs for the report; the first text of each row is a run's id."""
+    """A table of single runs for the report; each row begins with the id of a run."""
 
     title: str
     caption: str
@@ -87,16 +87,16 @@ class RunTable:
 
 
 class Figures(Protocol):
-    """Collects the facts that figures show, so that no run stays in memory."""
+    """Collects the facts that figures show, run by run, so that no run stays in memory."""
 
     def add(self, shown: Shown, run: Any, seed: int) -> None:
-        """Add the facts of a group's run."""
+        """Add the facts of a run."""
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
         """Return the plots, with the groups in the given order."""
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
-        """Return the tables."""
+        """Return the tables, with the groups in the given order."""
 
 
 def _nothing(*_: Any) -> tuple[str, ...]:
@@ -113,10 +113,10 @@ class Words:
 
     Attributes:
         unread: effect of unreadable replies, as the end of a sentence that begins with "the others".
-        notes: cautions for readers of the tables, from the table of runs and the labels of messages.
-        methods: sentences for the paragraph on methods, from the labels of messages.
-        limits: limitations to state before any number, from the labels of messages.
-        doubts: by signature, why none of its measures can be trusted, from the labels of messages.
+        notes: returns notes for readers of the tables, from the table of runs and the labels of messages.
+        methods: returns sentences for the methods section, from the labels of messages.
+        limits: returns limitations of the study, from the labels of messages.
+        doubts: returns, by signature, the reason why none of its measures can be trusted, from the labels of messages.
     """
 
     unread: str = "decide nothing"
@@ -144,12 +144,12 @@ def _schema_of_any(declared: Declared) -> pa.Schema:
 
 @dataclass(frozen=True)
 class Twin:
-    """Describes pairs of runs with worlds that differ in a single setting.
+    """Describes pairs of runs whose worlds differ in only one setting.
 
     Attributes:
         setting: the setting of the world.
-        told: value of the setting in the runs to compare; also the value for worlds that lack the setting.
-        measures: column of the difference, by column of the measure.
+        told: value of the setting in the runs that are compared with their twins; it is also the default.
+        measures: for each measure, the column of its difference from the twin.
     """
 
     setting: str
@@ -163,8 +163,7 @@ class FormAnalysis:
 
     Attributes:
         name: the form.
-        run: class of its runs as arrays; a function measures them if its argument has this annotation. Defaults to the
-            class of any form.
+        run: class of its runs as arrays; signatures annotate their argument with it. Defaults to the class of any form.
         read: reads the lines of a run, without the incomplete last line of an unfinished run. Defaults to the reader of
             any form.
         schema: columns of `steps.parquet` after `run`; defaults to the columns of any form.
@@ -174,8 +173,8 @@ class FormAnalysis:
         figures: collects the content of plots, given the seed of the example runs. None by default.
         words: texts about its runs.
         fixtures: returns a table for each kind of thing in the world of a run, such as `fires`; none by default.
-        twin: describes the runs that are the null of others; none by default.
-        events: returns the events of a run other than unreadable replies and failures, which all forms have.
+        twin: describes pairs of runs to compare; none by default.
+        events: returns the events of a run, without unreadable replies and failures, which all forms have.
     """
 
     name: str
@@ -193,10 +192,10 @@ class FormAnalysis:
 
 
 def form_of(name: str) -> FormAnalysis:
-    """Return the analysis of a form: the shipped analysis, the user's, or else the analysis for any form.
+    """Return the analysis of a form: a shipped one, the user's own, or else that of any form.
 
     Raises:
-        InputError: your own analysis cannot be used, or has the name of a shipped one; the message names its file.
+        InputError: the user's own analysis cannot be used, or has the name of a shipped one.
     """
     return _form_of(name, own_folders())
 
@@ -212,7 +211,7 @@ def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
 
 
 def shipped(name: str) -> FormAnalysis | None:
-    """Return the analysis from the package's folder with the form's name; None without such a folder."""
+    """Return the shipped analysis of a form, or None."""
     found = in_room(f"analysis.{name}", "ANALYSIS")
     return found if isinstance(found, FormAnalysis) else None
 
@@ -232,7 +231,7 @@ def _own(name: str) -> FormAnalysis | None:
 
 
 def analysis_in(module: OwnModule) -> FormAnalysis | None:
-    """Return the analysis from a user's module; None if the module has none.
+    """Return the analysis in a user's module, or None.
 
     Raises:
         InputError: the module cannot be imported, or its ANALYSIS is not a FormAnalysis.

@@ -16,7 +16,7 @@ def ratio(part: float, whole: float) -> float:
 
 
 def mean(values: Iterable[float]) -> float:
-    """Return the arithmetic mean; NaN without values."""
+    """Return the arithmetic mean, or NaN without values."""
     kept = values.ravel().tolist() if isinstance(values, np.ndarray) else list(values)
     try:
         return ratio(math.fsum(kept), len(kept))
@@ -52,7 +52,7 @@ def entropy(counts: ArrayLike) -> float:
 
 
 def variety(counts: ArrayLike) -> float:
-    """Return the share of pairs of things of different kinds, 0..1; NaN below two things.
+    """Return the probability that two things drawn at random are of different kinds, 0..1; NaN below two things.
 
     Its expected value does not depend on the number of things. Source: Simpson 1949.
 
@@ -107,15 +107,16 @@ def jensen_shannon(first: ArrayLike, second: ArrayLike) -> float:
 
 
 def longest_run(flags: BoolArray) -> int:
-    """Return the length of the longest unbroken run of True in flags (T,)."""
+    """Return the length of the longest unbroken sequence of True in flags (T,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int64), [0]))))
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Return the event times and the Kaplan-Meier estimate of S from each time on; in a tie, events precede censorings.
+    """Return the times of events, and the Kaplan-Meier estimate of the survival function S from each of them on.
 
-    S is 1 before the first event, and constant between events. Source: Kaplan and Meier 1958.
+    S is 1 before the first event, and constant between events. At the same time, events count before the ends of
+    observations. Source: Kaplan and Meier 1958.
 
     Args:
         times: time until the event or the end of observation, steps, (n,).
@@ -129,10 +130,10 @@ def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray
 
 
 def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:
-    """Return the restricted mean survival time, the area under S from 0 to the horizon; NaN without times.
+    """Return the restricted mean survival time, which is the area under S from 0 to the horizon; NaN without times.
 
-    It is between 0 and the horizon, in the horizon's unit; a low value means fast events. After the last event S stays
-    constant.
+    It is between 0 and the horizon, in the same unit. A low value means that events come soon. After the last event, S
+    stays constant.
     """
     if not len(times):
         return float("nan")

@@ -1,4 +1,4 @@
-"""Reads the lines of a run's record files, and verifies that they are unchanged."""
+"""Reads the lines of a run's record files, and checks that the files were not changed."""
 
 import hashlib
 from pathlib import Path
@@ -9,7 +9,7 @@ from foundry.records import Agent, Message, RunSummary
 from foundry.storing.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
-"""The values of a run's status; the first two are as in `run.json`."""
+"""The values of a run's status; `run.json` contains the first two."""
 
 AGENTS, STEPS, MESSAGES, EPISODE = "agents.jsonl", "steps.jsonl", "messages.jsonl", "episode.jsonl"
 """The record files."""
@@ -34,35 +34,31 @@ def read_lines(
 
 
 def read_messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
-    """Return the deliveries of a run, none in worlds without messages; raises the errors of `read_lines`."""
+    """Return the delivered messages of a run; raises the errors of `read_lines`."""
     return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
 
 
 def read_further(folder: RunFolder, stream: str, summary: RunSummary | None) -> list[dict[str, Any]]:
-    """Return the lines of a further record file, none if the run wrote none; raises the errors of `read_lines`."""
+    """Return the lines of a further record file, if the run has one; raises the errors of `read_lines`."""
     file = folder.stream_path(stream)
     content = file.read_bytes() if file.is_file() else b""
-    is_recorded = content or (summary is not None and file.name in summary.records_sha256)
-    return read_lines(folder, file.name, content, summary, dict[str, Any]) if is_recorded else []
+    return _read_optional(folder, file.name, content, summary, dict[str, Any])
 
 
 def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:
-    """Return the recorded agents of a run; none if its world has no personas.
+    """Return the agents of a run, if its world has personas; raises the errors of `read_lines`."""
+    return _read_optional(folder, AGENTS, folder.agents_bytes(), summary, Agent)
 
-    Raises:
-        RecordError: the file is damaged, or was changed after the run.
-    """
-    content = folder.agents_bytes()
-    is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
-    return read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
+
+def _read_optional(
+    folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]
+) -> list[_Line]:
+    is_recorded = content or (summary is not None and name in summary.records_sha256)
+    return read_lines(folder, name, content, summary, kind) if is_recorded else []
 
 
 def last_step(folder: RunFolder) -> int:
-    """Return the step of the last whole line of a run; 0 without lines.
-
-    Raises:
-        RecordError: the last whole line is damaged.
-    """
+    """Return the step of the last whole line of a run, or 0; a damaged line raises a RecordError."""
     content = folder.steps_bytes()
     whole = content[: content.rfind(b"\n") + 1].splitlines()[-1:]
     steps = lines_of(b"".join(whole), dict[str, Any], folder.path / STEPS)

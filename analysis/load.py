@@ -1,4 +1,4 @@
-"""Reads recorded runs: as tidy tables for people, as arrays for signatures."""
+"""Reads recorded runs, as tidy tables for people or as arrays for signatures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ from foundry.records import NOT_JSON, Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
-"""The record files that have their own table."""
+"""The record files that are tables of their own."""
 
 _IDENTITY = ("run", "world", "model", "prompt", "seed")
-"""The columns that identify the run of a row, in every table."""
+"""The columns that name the run of a row, in every table."""
 
 _CALL_COLUMNS = (
     "step", "agent", "kind", "asked_model", "sampling_seed", "prompt_text", "reply", "thinking", "ending",
@@ -47,7 +47,7 @@ def is_probe(folder: SweepFolder) -> bool:
 class Loaded:
     """A sweep as tidy tables.
 
-    All tables begin with the columns `run`, `world`, `model`, `prompt` and `seed`, so that a `groupby` compares models.
+    All tables begin with the columns `run`, `world`, `model`, `prompt` and `seed`, for `groupby`.
     If a record has a key with one of these names, its column is `record.<key>`.
 
     Attributes:
@@ -73,7 +73,7 @@ class Loaded:
     fixtures: Mapping[str, pd.DataFrame]
 
     def to_arrow(self) -> dict[str, pa.Table]:
-        """Return all tables except `calls` as `pyarrow.Table`, by name; tables in a mapping have their key as name."""
+        """Return all tables except `calls` as `pyarrow.Table`, by name; the name of a stream or fixture is its key."""
         names = ("runs", "steps", "agents", "messages")
         frames = {**{name: getattr(self, name) for name in names}, **self.fixtures, **self.streams}
         return {name: arrow_table(frame) for name, frame in frames.items()}
@@ -128,11 +128,7 @@ class Loaded:
         return pd.read_parquet(self._analysed(EVENTS_FILE)).astype({"agent": "Int64"})
 
     def _analysed(self, name: str) -> Path:
-        """Return the path of a file that the analysis writes.
-
-        Raises:
-            InputError: the file does not exist.
-        """
+        """Return the path of a file of the analysis, or raise an InputError if it does not exist."""
         path = SweepFolder.open(self.path).analysis_dir / name
         if not path.is_file():
             raise InputError(f"'{path}' does not exist. Run foundry analyze {self.path} first.")
@@ -140,20 +136,20 @@ class Loaded:
 
 
 def runs_by_id(sweeps: Sequence[SweepFolder]) -> Mapping[str, RunFolder]:
-    """Return the runs of sweeps by id; if a run is in several sweeps, the first copy counts."""
+    """Return the runs of sweeps by id; if a run is in several sweeps, the first copy is used."""
     return {run.id: run for sweep in reversed(sweeps) for run in sweep.runs()}
 
 
 def folders_of(dirs: Folders) -> list[Path]:
-    """Return a list of folders; a single text is the path of one folder."""
+    """Return a list of folders, even if `dirs` is a single one."""
     return [Path(path) for path in ([dirs] if isinstance(dirs, str | Path) else dirs)]
 
 
 def load(path: Path | str) -> Loaded:
-    """Load a sweep's folder, with the existing lines of unfinished runs.
+    """Load a sweep, with the lines that unfinished runs have so far.
 
     Raises:
-        InputError: the folder is not a sweep's, or the code of its form cannot be used.
+        InputError: the folder is not that of a sweep, or the code of its form cannot be used.
         RecordError: a recorded file is damaged.
     """
     folders = SweepFolder.open(Path(path)).runs()
@@ -173,7 +169,6 @@ def load(path: Path | str) -> Loaded:
 
 
 def _fixtures(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    """Return the places and fires of the runs' worlds, by kind."""
     frames: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for kind, frame in form_of(folder.declared.form).fixtures(folder).items():
@@ -207,7 +202,6 @@ def _keys(folder: RunFolder, stream: str) -> tuple[str, ...]:
 
 
 def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    """Return the lines of the further record files, by name."""
     found: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for name in folder.streams:
@@ -236,14 +230,14 @@ def _which(folder: RunFolder) -> dict[str, Any]:
 
 
 def status(folder: RunFolder, summary: RunSummary | None) -> str:
-    """Return the status of the run."""
+    """Return the status of a run."""
     if summary is not None:
         return summary.status
     return UNFINISHED if folder.path.exists() else NOT_STARTED
 
 
 def further_factors(folder: RunFolder) -> dict[str, Any]:
-    """Return the swept settings that have no column of their own."""
+    """Return the swept settings of a run, without world, model, prompt and seed."""
     return {key: value for key, value in folder.factors.items() if key not in ("world", "model", "prompt", "seed")}
 
 
@@ -267,7 +261,7 @@ class Measurable:
 
 
 def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | None:
-    """Return a run if it is complete and has decisions; runs of 0.1 with an unknown world may have none.
+    """Return a run, or None if it is incomplete or has no decisions, as some runs of 0.1 in unknown worlds.
 
     Raises:
         InputError: the code of its form cannot be used, or lines do not fit the form.
@@ -298,7 +292,7 @@ def _rows(lines: Sequence[msgspec.Struct]) -> list[dict[str, Any]]:
 
 
 def _frame(folder: RunFolder, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
-    """Return rows of a run as a table; an empty table has the columns `keys`."""
+    """Return rows of a run as a table; without rows, its columns are `keys`."""
     return _of_run(folder, _columns(rows, keys))
 
 
@@ -307,13 +301,11 @@ def _columns(rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> dict[str, l
 
 
 def _of_run(folder: RunFolder, columns: Mapping[Any, list[Any]]) -> pd.DataFrame:
-    """Return columns as a table, after the columns that identify the run."""
     length = len(next(iter(columns.values()), ()))
     own = {f"record.{name}" if name in _IDENTITY else name: values for name, values in columns.items()}
     return pd.DataFrame({**{name: [value] * length for name, value in _which(folder).items()}, **own})
 
 
 def _joined(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Return the frames below each other; an empty frame contributes only its columns."""
     full = [frame for frame in frames if len(frame)]
     return pd.concat(full, ignore_index=True) if full else frames[0]

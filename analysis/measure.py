@@ -1,4 +1,4 @@
-"""The names and ranges of measures."""
+"""Describes measures: their titles, possible values and nulls."""
 
 import math
 import re
@@ -11,13 +11,12 @@ _EITHER = re.compile(r"\{([^{}|]*)\|([^{}|]*)\}")
 
 @dataclass(frozen=True)
 class Null:
-    """The mean of a measure over runs of a policy that ignores the subject of the measure.
+    """The mean of a measure over runs of a policy that ignores what the measure is about.
 
     Attributes:
-        value: the number.
-        policy: the policy that has this mean, in words; its other habits do not matter.
-        by_random: whether `scripted/random` is such a policy; `foundry check` then compares the value with runs of this
-            policy.
+        value: the mean.
+        policy: the policy, in words; its other habits do not matter.
+        by_random: whether `scripted/random` is such a policy; `foundry check` then compares its runs with the value.
     """
 
     value: float
@@ -33,18 +32,16 @@ class Measure:
     """The description of a measure.
 
     Attributes:
-        label: title for tables and axes, with the unit if any.
+        label: title for tables and axes, with the unit.
         low: least possible value.
         high: greatest possible value.
-        null: value expected by chance. None if it depends on the world or on the frequency of actions, or if there is
-            no such value.
-        better: HIGH or LOW if the task of the agents or a publication says which end is better; empty for purely
-            descriptive measures.
+        null: value by chance. None if it depends on the world or on the frequency of actions, or if there is none.
+        better: HIGH or LOW if the agents' task or a publication says which end is better; else "".
         exclusive: whether it is one of several mutually exclusive outcomes: 1 for the run's outcome, 0 for the others.
-            The frequencies of outcomes are then compared with equal chances.
-        outcome: whether it is 1 or 0 in each run, for example for consensus in a crowd.
-        says: predicate for a model with a higher (first word) or lower value, such as `warns its neighbours
-            {more|less}`; if empty, the label is used.
+            The frequencies of these outcomes are compared with equal chances.
+        outcome: whether it is 1 or 0 in each run, such as consensus in a crowd.
+        says: predicate of a model with a higher (first word) or lower value, such as `warns its neighbours
+            {more|less}`; by default made from the label.
     """
 
     label: str
@@ -57,11 +54,11 @@ class Measure:
     says: str = ""
 
     def of(self, name: str) -> "Measure":
-        """Return the measure for one member of its family; the member's name replaces `*` in the label."""
+        """Return the measure of one member of a family: the member's name replaces `*` in the texts."""
         return replace(self, label=self.label.replace("*", name), says=self.says.replace("*", name))
 
     def phrase(self, higher: bool) -> str:
-        """Return the predicate for the higher or the lower side; the words `than` and the other side follow it."""
+        """Return the predicate for the higher or the lower side, such as `warns its neighbours more`."""
         said = self.says or f"has a {{higher|lower}} value of '{self.label}'"
         return _EITHER.sub(lambda either: either[1 if higher else 2], said)
 

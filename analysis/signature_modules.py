@@ -1,4 +1,4 @@
-"""Finds the modules of signatures: the package's and your own."""
+"""Finds the modules of signatures: the shipped ones and your own."""
 
 import hashlib
 import importlib
@@ -29,7 +29,7 @@ from foundry.texts import one_line
 
 _SHIPPED_LABELS = Path(foundry.labels.__file__).parent
 SHIPPED = "foundry"
-"""The origin of the package's own modules."""
+"""The origin of the shipped modules."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,18 +40,16 @@ class Part:
         name: the prefix of its columns.
         run: the class of the runs that it measures.
         function: measures a run.
-        headline: names of the measures shown first.
+        headline: names of the measures that are shown first.
         readable_too: whether it also has measures over readable decisions only.
-        applies: function that says whether it applies to a run's world, by the declarations of the run and not by its
-            events.
+        applies: returns whether it applies to the world of a run; this must not depend on what happened in the run.
         primary: whether it is tested by default.
-        question: kind of question from which example decisions are taken: `message`, in worlds with such questions; ""
-            for all other kinds.
+        question: `message` if example moments of its findings are messages; "" if they are other decisions.
         module: full name of the module; for your own, the name of its file.
-        label: label from which its measures are computed; "" for none.
+        label: label from which its measures are computed, or "".
         unlabelled: its measures that do not depend on the label.
-        about: description of its measures, if its module has none.
-        correct: returns a run's measures corrected by people's labels; None without a correction.
+        about: description of its measures, if its module has no docstrings.
+        correct: returns a run's measures corrected by people's labels; None if they cannot be corrected.
     """
 
     name: str
@@ -73,12 +71,12 @@ class Part:
 
     @property
     def sha256(self) -> str:
-        """Hash of its code, without docstrings, comments and empty lines."""
+        """Hash of its code; docstrings, comments and empty lines do not count."""
         content = code_lines(self.file).encode() if self.file.suffix == ".py" else self.file.read_bytes()
         return hashlib.sha256(content).hexdigest()
 
     def measure(self, run: Any) -> dict[str, float]:
-        """Return the measures of a run over the decisions that count in it.
+        """Return the measures of a run over its counted decisions.
 
         Raises:
             InputError: a user's module fails on the run.
@@ -103,11 +101,11 @@ def _number(value: Any) -> float:
 
 
 def parts() -> list[Part]:
-    """Return all modules, with your own at the end.
+    """Return all modules: the shipped ones, your own, then those of labels.
 
     Raises:
-        InputError: a user's module cannot be used, has the name of a shipped one, or has the name of another module for
-            the same runs.
+        InputError: a user's module cannot be used, or has the name of a shipped module or of another one for the same
+            runs.
     """
     found = [_part(module, SHIPPED) for module in _shipped()]
     for one in own_modules("signatures"):
@@ -119,7 +117,8 @@ def parts() -> list[Part]:
     for part in found:
         if part.run not in known:
             raise InputError(
-                f"{part.origin} measures runs of an unknown form: its run is annotated as {part.run.__name__}."
+                f"{part.origin}: the argument of measure() is annotated with {part.run.__name__}, which is not the "
+                "class of runs of any form."
             )
         other = taken.setdefault((part.name, part.run), part)
         if other is not part:
@@ -128,16 +127,12 @@ def parts() -> list[Part]:
 
 
 def check_name(name: str, origin: str) -> None:
-    """Reject a user's signature with the name of a shipped signature.
-
-    Raises:
-        InputError: a shipped signature has the name.
-    """
+    """Raise an InputError if a user's signature has the name of a shipped one."""
     refuse_shipped_name(origin, name, {module.NAME: module.__file__ for module in _shipped()})
 
 
 def _known_runs(found: Sequence[Part]) -> set[type]:
-    """Return the classes of runs of all forms; forms without signatures are imported only for unknown classes."""
+    """Return the classes of runs of all forms; further forms are imported only if a class is unknown."""
     known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
     if all(part.run in known for part in found):
         return known
@@ -147,7 +142,6 @@ def _known_runs(found: Sequence[Part]) -> set[type]:
 
 
 def _shipped() -> Iterator[ModuleType]:
-    """Yield the modules in `<form>/signatures/` of this package."""
     package = Path(__file__).parent
     for room in pkgutil.iter_modules([str(package)]):
         for found in pkgutil.iter_modules([str(package / room.name / "signatures")]):
@@ -205,7 +199,7 @@ def _part(module: ModuleType, origin: str) -> Part:
 
 
 def _of_labels(taken: Collection[str]) -> Iterator[Part]:
-    """Yield the signatures of labels that no other signature uses."""
+    """Yield a module for each label that no other signature uses."""
     for name, file in label_files().items():
         label = read_label(file) if name not in taken else None
         if label is not None and label.choices:
@@ -228,7 +222,7 @@ def _of_labels(taken: Collection[str]) -> Iterator[Part]:
 
 
 def _measured_class(function: Callable[..., Any]) -> type:
-    """Return the annotated class of a function's single argument."""
+    """Return the annotated class of a function's only argument."""
     arguments = list(inspect.signature(function, eval_str=True).parameters.values())
     kind = arguments[0].annotation if len(arguments) == 1 else None
     if not isinstance(kind, type) or kind is inspect.Parameter.empty:

@@ -48,7 +48,7 @@ from analysis.signature_modules import Part, parts
 from foundry.own_code import own_folders
 
 FAILURE_RATE = "failure.rate"
-"""The only column that depends on the status of runs: 1 for a failed run, 0 for a complete run, NaN for others."""
+"""The column that is 1 for a failed run, 0 for a complete run and NaN for others."""
 
 READABLE_SUFFIX = "_readable"
 """Suffix of the measures over readable decisions only."""
@@ -56,11 +56,11 @@ READABLE_SUFFIX = "_readable"
 
 @dataclass(frozen=True)
 class Signature:
-    """The modules of one name.
+    """A signature: all modules with the same name.
 
     Attributes:
         name: the prefix of its columns.
-        parts: modules; the modules for one form come before the module for any form.
+        parts: its modules; those for a single form come before the one for any form.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Signature:
 
     @property
     def is_label(self) -> bool:
-        """True if its measures are shares of the choices of a label."""
+        """True if its measures are the shares of a label's choices."""
         return any(one.about for one in self.parts)
 
     @property
@@ -88,19 +88,19 @@ class Signature:
 
     @property
     def headline(self) -> tuple[str, ...]:
-        """The measures shown first."""
+        """Names of the measures that are shown first."""
         return tuple(dict.fromkeys(name for one in self.parts for name in one.headline))
 
     def part(self, run: type) -> Part | None:
-        """Return the part for runs of the given class, or None."""
+        """Return the module for runs of the given class, or None."""
         return next((one for one in self.parts if one.run in (run, AnyRun)), None)
 
     def measure(self, run: Any) -> dict[str, float]:
-        """Return a run's measures over its counted decisions; empty if the signature does not apply to its world."""
+        """Return a run's measures over its counted decisions; {} if the signature does not apply to its world."""
         return next((one.measure(run) for one in self.parts if one.run is type(run) and one.applies(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
-        """Return the columns of a run: its measures, then its measures over readable decisions only."""
+        """Return the columns of a run: its measures, then the same over readable decisions only."""
         every = self.measure(run)
         found = {f"{self.name}.{name}": value for name, value in every.items()}
         if self.readable_too:
@@ -117,7 +117,7 @@ class Signature:
 
         Args:
             measure: name of the measure without the signature's name.
-            run: class of the runs, for names with several meanings.
+            run: class of the runs, because the description can depend on the form.
         """
         if self.is_readable_only(measure):
             found = self.describe(measure.removesuffix(READABLE_SUFFIX), run)
@@ -136,7 +136,7 @@ class Signature:
         return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
 
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
-        """Return the columns of a table with this signature's headline over all decisions, in the headline's order."""
+        """Return which of the columns are headline measures over all decisions, in the order of the headline."""
         prefix = f"{self.name}."
         present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
         return [
@@ -147,7 +147,7 @@ class Signature:
         ]
 
     def _means(self, pattern: str, measure: str) -> bool:
-        """Return whether a measure matches a pattern, and does not match any longer pattern."""
+        """Return whether a pattern is the longest one that a measure matches."""
         start, star, _ = pattern.partition("*")
         if not star:
             return measure == pattern
@@ -161,7 +161,7 @@ def discover() -> tuple[Signature, ...]:
     """Return all signatures by name, including your own.
 
     Raises:
-        InputError: a user's module cannot be used; the message names its file.
+        InputError: a user's module cannot be used.
     """
     return _discover(own_folders())
 
@@ -173,11 +173,11 @@ def _discover(_folders: tuple[Path, ...]) -> tuple[Signature, ...]:
 
 
 def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
-    """Return every measure of every signature, over all decisions and over readable decisions only.
+    """Return all measures of all signatures, over all decisions and over readable decisions only.
 
     Args:
-        run: a run in the class of its form.
-        general: this run in the class for any form; None leaves out the signatures of any form.
+        run: a run, in the class of its form.
+        general: the same run in the class for any form; if None, signatures of any form are left out.
     """
     views = {type(one): (one, one.only_readable()) for one in (general, run) if one is not None}
     found: dict[str, float] = {}
@@ -191,12 +191,12 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
 def corrected(
     run: Any, measures: Mapping[str, float], corrections: Mapping[str, Correction]
 ) -> tuple[dict[str, float], dict[str, FloatArray]]:
-    """Return a run's measures after correction by people's labels, and the values of those that use copies.
+    """Return a run's measures corrected by people's labels, and for measures that use copies their values by copy.
 
-    The uncorrected measure is kept under a name with the suffix UNCORRECTED.
+    The uncorrected measure gets a name with the suffix UNCORRECTED.
 
     Args:
-        run: a run in the class of its form.
+        run: a run, in the class of its form.
         measures: measures without people's labels, by `<signature>.<measure>`.
         corrections: corrections by label.
     """
@@ -219,7 +219,6 @@ def corrected(
 
 
 def _mean(values: FloatArray) -> float:
-    """Return the mean over the copies in which the measure is defined; NaN without any."""
     defined = values[~np.isnan(values)]
     return float(defined.mean()) if len(defined) else math.nan
 
@@ -246,10 +245,10 @@ def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[s
 
 
 def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict[str, str]]:
-    """Return the origin of the signatures of the given forms, one row per form and signature; labels only if measured.
+    """Return a row per form and signature with the origin of its code; labels are included only if measured.
 
-    The keys are `form`, `signature`, `origin`, `module`, and the `sha256` of its code. `origin` is `foundry`, or your
-    own file or package; `module` is its full name, or the file's name.
+    The keys are `form`, `signature`, `origin` (`foundry`, or your own file or package), `module` (its full name, or the
+    name of your file), and `sha256` of its code.
     """
     names = {name.partition(".")[0] for name in measures}
     shown = [one for one in discover() if one.name in names or not one.is_label]
@@ -268,13 +267,13 @@ def is_readable_only(column: str) -> bool:
 
 
 def is_of_form(column: str, run: type) -> bool:
-    """Return whether the form with this class of runs has its own measure with this name, not the one of any form."""
+    """Return whether the form with this class of runs has its own signature, not that of any form, for a column."""
     part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 
 
 def describe(column: str, run: type | None = None) -> Measure:
-    """Return the description of the column `<signature>.<measure>`, for runs of a class if one is given."""
+    """Return the description of the column `<signature>.<measure>`, if `run` is given for runs of this class."""
     if column == FAILURE_RATE:
         return share("Failed runs (share)")
     name, _, measure = column.partition(".")

@@ -1,31 +1,27 @@
-"""Text normalisation and word borders for rules over texts."""
+"""Normalises texts, and builds patterns of whole words, for rules that search texts."""
 
 import re
 import unicodedata
 
 LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
-"""Characters of words, for word borders; scripts that are written without blanks are left out."""
-
+"""Letters that cannot stand directly beside a whole word; scripts without blanks between words are left out."""
 
 _STRUCTURE = re.compile(r"\\.|\[(?:\\.|[^\]])*\]|[()|]")
-"""Pattern that finds the structure of a pattern; escapes and sets of characters are skipped."""
+"""Finds the brackets and bars that structure a pattern; escapes and sets of characters are skipped."""
 
 
 def plain(text: str) -> str:
-    """Return the text in lower case, with normalised character width and composition."""
+    """Return the text in lower case, with full-width and composed characters normalised."""
     return unicodedata.normalize("NFKC", text).lower()
 
 
 def whole_words(pattern: str) -> str:
-    """Return the pattern limited to whole words."""
+    """Return a pattern that matches only whole words."""
     return f"(?<![{LETTERS}])(?:{pattern})(?![{LETTERS}])"
 
 
 def indexed(pattern: str) -> str:
-    """Return the pattern with its alternatives grouped by their first letter, which matches faster.
-
-    Alternatives that do not begin with a letter come last.
-    """
+    """Group the alternatives of a pattern by their first letter, which makes it faster; others come last."""
     groups: dict[str, list[str]] = {}
     for one in alternatives(pattern):
         plain_start = one[:1].isalpha() and one[1:2] not in ("?", "*", "{", "+")

@@ -421,7 +421,7 @@ def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_
     few = means_picture(found, shown_groups(found), "outcome")
     with styled():
         assert len(few.draw().axes) == 2
-    assert re.search(r"2 of \d measures; all are in comparison.md", few.caption)
+    assert re.search(r"2 of \d measures are shown; all are in comparison.md", few.caption)
 
 
 def test_no_small_share_looks_like_nought():

@@ -133,7 +133,7 @@ BROKEN = {
     "def measure(run: AnyRun): return {'a': 1 / 0}": "cannot measure run",
     "from analysis.any.any_run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
     "def measure(run: AnyRun): return {'a': 'b'}": "'b' is not a number",
-    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "measures runs of an unknown form",
+    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "is not the class of runs of any form",
 }
 
 
