@@ -33,7 +33,7 @@ from analysis.plots import FORMATS, Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
 from analysis.plots.labels import keys, wrapped
-from analysis.plots.panel import ANY, GroupValues, Scale, draw_panel, jitter, panel_height
+from analysis.plots.panel import GroupValues, Scale, draw_panel, jitter, panel_height
 from analysis.plots.rounds import Curve, curves_figure
 from analysis.plots.saving import settle, styled
 from analysis.prose import percent, text_width
@@ -194,20 +194,6 @@ def test_lines_by_round_begin_where_values_can_be():
         ).axes
     assert none.get_yticks().tolist() == [0]
     assert all(within(ax.get_ylim(), ax.get_yticks(), Scale(0.0, 1.0)) for ax in (none, some))
-
-
-def test_two_pictures_share_no_id():
-    pictures = [
-        Picture(
-            name,
-            "t",
-            "c",
-            lambda: figures.means_figure([("t", [GroupValues("a", np.array([0.1, 0.2]), 0.15, 0.1, 0.2)], ANY)]),
-        )
-        for name in ("a", "b")
-    ]
-    one, other = (set(re.findall(r' id="([^"]*)"', draw(picture, "svg").svg)) for picture in pictures)
-    assert one and not one & other
 
 
 def test_a_panel_shows_groups_with_their_seeds_baselines_in_grey_and_that_there_is_no_value():

@@ -16,7 +16,6 @@ from analysis.stats.sequential import levels
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.stopping import error_of, with_looks
 from commands import refusal, succeeds
-from foundry.errors import InputError
 from signature_tables import MEASURE, runs, table
 from walkers import WORLD, make_condition, rewrite_run, write_sweep
 
@@ -103,19 +102,6 @@ def test_what_a_pilot_cannot_tell_is_said(second, note):
     found = judged(second)
     assert found["note"] == note
     assert math.isnan(found["n_cautious"])
-
-
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        ({"measure": "idle_rate.chozen"}, "Did you mean 'idle_rate.chosen'"),
-        ({"difference": -0.1}, "above 0"),
-        ({"target": 80.0}, "between 0 and 1"),
-    ],
-)
-def test_wrong_wishes_are_refused(more, message):
-    with pytest.raises(InputError, match=message):
-        judged(**more)
 
 
 @pytest.mark.slow
