@@ -113,7 +113,7 @@ def test_a_world_that_is_not_2d_is_refused_by_name(make_sweep):
     folder = make_sweep([make_condition("a", [0])])
     world = {"name": "kibo", "scene": "kibo.usd", "agents": 1, "steps": 1, "half_size": "none"}
     folder.sweep.conditions[0].config["world"] = world
-    with pytest.raises(InputError, match="'kibo'.*not a 2D world"):
+    with pytest.raises(InputError, match="'kibo' does not have the settings of a 2D world"):
         read_records(folder.runs()[0], None)
 
 

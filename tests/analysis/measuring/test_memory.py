@@ -87,13 +87,13 @@ def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
     pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
 
 
-def test_no_two_runs_have_one_key_even_without_files_and_code_of_ones_own_makes_others(
+def test_no_two_runs_have_one_key_even_without_files_and_other_labels_and_own_code_make_others(
     make_sweep, tmp_path, monkeypatch
 ):
     runs = make_sweep([make_condition(model, range(2)) for model in "ab"]).runs()
     for run in runs:
         shutil.rmtree(run.path)
-    keys = {key_of(run, "rule") for run in runs}
+    keys = {key_of(run, labels) for run in runs for labels in ("rule", "judge")}
     (tmp_path / "own.py").write_text("MOST = 1\n")
     monkeypatch.setenv(VARIABLE, str(tmp_path))
-    assert len(keys | {key_of(run, "rule") for run in runs}) == 8
+    assert len(keys | {key_of(run, "rule") for run in runs}) == 12
