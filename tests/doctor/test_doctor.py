@@ -23,7 +23,7 @@ from foundry.models.base import Reply, Request
 from foundry.models.ollama.ollama_model import OllamaModel
 from foundry.running.build import build
 from foundry.running.load import BURST, LoadResult, busy_s
-from ollama_cases import ABORTED_500, DROPPED, EMPTY, ChatCase, FakeModel, busy, grid_answer
+from ollama_cases import EMPTY, FakeModel, busy, grid_answer
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
 
@@ -147,9 +147,8 @@ def test_a_sweep_that_is_run_with_too_few_seeds_names_the_command_that_adds_them
 
 def test_the_table_says_the_same_for_people(tmp_path: Path):
     with OllamaServer() as server:
-        done = foundry("doctor", "model=llama3.2", *FEW, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert done.returncode == 0
-    assert "parallel slots" in done.stdout and "digest b2b2b2b2b2b2" in done.stdout
+        done = succeeds("doctor", "--no-calls", "model=llama3.2", *FEW, cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert "versions" in done.stdout and "digest b2b2b2b2b2b2" in done.stdout
 
 
 def test_a_model_that_is_not_there_is_a_problem(tmp_path: Path):
@@ -186,7 +185,7 @@ def timed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     return begin
 
 
-@pytest.mark.parametrize(("slots", "timings"), [(1, {"output": 1.0}), (4, {"output": 1.0}), (4, {})])
+@pytest.mark.parametrize(("slots", "timings"), [(1, {"output": 1.0}), (4, {})])
 def test_the_slots_that_the_server_really_has_are_counted(slots, timings, timed, tmp_path: Path):
     timed(slots, timings)
     with OllamaServer() as server:
@@ -246,19 +245,17 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
 QUICK = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")
 
 
-@pytest.mark.parametrize("case", [ABORTED_500, EMPTY])
-def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatCase, tmp_path: Path):
-    with OllamaServer(lambda body: case) as server:
+def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(tmp_path: Path):
+    with OllamaServer(lambda body: EMPTY) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
     assert found["replies"]["status"] == "warning"
     assert found["replies"]["found"] == "21 of 21 replies contain no text to read"
 
 
-@pytest.mark.parametrize("case", [busy(), DROPPED])
-def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path: Path):
+def test_a_failure_that_another_try_cures_is_a_warning(tmp_path: Path):
     numbers = count()
-    with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
+    with OllamaServer(lambda body: busy() if next(numbers) == 1 else grid_answer(body)) as server:
         code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
     assert code == 0, found
     assert found["tries"]["found"] == "1 of 21 calls were answered only after they were repeated"

@@ -136,8 +136,8 @@ def read(sweep: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "number"),
     [
-        ("grid", 60),
-        pytest.param("camera", 60, marks=pytest.mark.exhaustive),
+        ("grid", 30),
+        pytest.param("camera", 30, marks=pytest.mark.exhaustive),
         *(pytest.param(kind, 10_000, marks=AT_LENGTH) for kind in ("grid", "camera")),
     ],
 )

@@ -97,8 +97,8 @@ FILES = ("messages.jsonl", "calls.jsonl.zst", "config.yaml", "run.json", "frames
     ("name", "kind", "names"),
     [
         ("steps.jsonl", "link", READERS),
-        ("steps.jsonl", "pipe", READERS),
-        *((name, "link", ("verify", "bundle", "status", "probe", "view")) for name in FILES),
+        ("steps.jsonl", "pipe", ("verify", "analyze")),
+        *((name, "link", ("verify", "bundle", "view")) for name in FILES),
         ("frames/step_0001.png", "link", ("verify", "bundle")),
     ],
 )

@@ -19,36 +19,6 @@ from ollama_cases import FakeModel
 from ollama_server import OllamaServer
 
 
-def test_a_refused_connection_is_worth_another_try():
-    with OllamaServer() as server:
-        url = server.url
-    with pytest.raises(TransientError, match=r"Start Ollama \(ollama serve"):
-        run(make_model(url), lambda model: model.ask(make_request()))
-
-
-def test_something_that_does_not_speak_http_is_worth_another_try():
-    calls: list[asyncio.Task[None] | None] = []
-
-    async def babble(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        calls.append(asyncio.current_task())
-        await reader.readline()
-        writer.write(b"SSH-2.0-OpenSSH\r\n")
-        writer.close()
-        await writer.wait_closed()
-
-    async def ask_it() -> None:
-        async with await asyncio.start_server(babble, "127.0.0.1", 0) as server:
-            model = make_model(f"127.0.0.1:{server.sockets[0].getsockname()[1]}")
-            try:
-                await model.ask(make_request())
-            finally:
-                await model.close()
-                await asyncio.gather(*filter(None, calls))
-
-    with pytest.raises(TransientError):
-        asyncio.run(ask_it())
-
-
 def test_proxies_and_keys_in_the_environment_are_ignored(monkeypatch):
     for name in ("HTTP_PROXY", "http_proxy", "ALL_PROXY"):
         monkeypatch.setenv(name, "http://127.0.0.1:9")

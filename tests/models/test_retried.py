@@ -12,7 +12,7 @@ from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from models.asking import Scripted, make_model, make_openai, make_request, run
 from ollama_server import OllamaServer
-from openai_server import ChatCase, OpenAIServer, in_turn, limited
+from openai_server import ChatCase, OpenAIServer, limited
 
 DOWN = TransientError("down")
 
@@ -154,26 +154,6 @@ def test_a_real_server_that_fails_is_asked_again(answers, tries, ending):
 HERE = Origin(host="http://h/v1", model="a", server="The server")
 
 
-class Clock:
-    """A time that passes by waiting alone."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-        self.waits: list[float] = []
-
-    def __call__(self) -> float:
-        return self.now
-
-    async def sleep(self, seconds: float) -> None:
-        self.waits.append(seconds)
-        self.now += seconds
-
-
-def make_pause(longest_s: float = 60.0) -> tuple[Pause, Clock]:
-    clock = Clock()
-    return Pause(longest_s, sleep=clock.sleep, clock=clock), clock
-
-
 @pytest.mark.parametrize(
     ("text", "seconds"),
     [
@@ -212,38 +192,34 @@ def test_a_limit_that_is_used_up_asks_to_wait_for_its_reset(headers, wait_s):
 
 
 def test_calls_wait_until_the_longest_pause_is_over():
-    pause, clock = make_pause()
+    naps = Naps()
+    pause = Pause(60.0, sleep=naps, clock=lambda: 100.0 + sum(naps))
     for wait_s in (None, 2.0, 0.5):
         pause.note(wait_s, HERE)
     asyncio.run(pause.over(HERE))
     asyncio.run(pause.over(HERE))
-    assert clock.waits == [2.0]
+    assert naps == [2.0]
 
 
 def test_a_pause_that_is_too_long_ends_the_sweep():
-    pause, clock = make_pause(longest_s=60.0)
+    pause = Pause(60.0)
     pause.note(3600.0, HERE)
     with pytest.raises(ServerError, match="a pause of 3600 s.*foundry resume"):
         asyncio.run(pause.over(HERE))
-    assert clock.waits == []
     assert isinstance(pause.judged(TransientError("429", busy=True, retry_after_s=61.0), HERE), ServerError)
     kept = TransientError("429", busy=True, retry_after_s=59.0)
     assert pause.judged(kept, HERE) is kept
 
 
 def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit():
-    waits: list[float] = []
-
-    async def note(seconds: float) -> None:
-        waits.append(seconds)
-
-    with OpenAIServer(in_turn(limited(retry_after_ms="30"), "Left.")) as server:
+    naps = Naps()
+    with OpenAIServer(cases.in_turn(limited(retry_after_ms="30"), "Left.")) as server:
         limit = Limit(InFlight(min=1, max=8, initial=4))
         retry = Retry(attempts=3, unusable_attempts=2, wait_initial_s=0.001, wait_max_s=0.001)
-        retried = RetriedModel(make_openai(server.base_url), retry, sleep=note, noted=limit.note_failure)
-        reply = run(LimitedModel(retried, limit), lambda m: m.ask(make_request()))
+        model = RetriedModel(make_openai(server.base_url), retry, sleep=naps, noted=limit.note_failure)
+        reply = run(LimitedModel(model, limit), lambda m: m.ask(make_request()))
     assert (reply.text, [attempt.busy for attempt in reply.attempts]) == ("Left.", [True])
-    assert waits == [pytest.approx(0.03)]
+    assert naps == [pytest.approx(0.03)]
     assert limit.sums.refused == 1
 
 

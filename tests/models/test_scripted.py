@@ -95,10 +95,10 @@ def test_random_draws_uniformly_among_the_legal_actions():
     corner = world([[8, 8]]).start(0)
     corner.advance([Answer('{"message": null}')])
     (question,) = corner.pending()
-    replies = [Random("r").reply(request(question, seed)) for seed in range(900)]
+    replies = [Random("r").reply(request(question, seed)) for seed in range(450)]
     counts = Counter(json.loads(reply.text).get("direction", "stay") for reply in replies)
     assert counts.keys() == {"stay", "down", "left"}
-    assert all(abs(count - 300) < 3 * math.sqrt(900 * 2 / 9) for count in counts.values())
+    assert all(abs(count - 150) < 3 * math.sqrt(450 * 2 / 9) for count in counts.values())
 
 
 @pytest.mark.parametrize(("probability", "actions"), [(0, {"move"}), (1, {"stay"})])
@@ -109,7 +109,7 @@ def test_random_stays_as_often_as_it_is_told(probability, actions):
 
 
 def test_a_probability_beyond_one_is_refused():
-    with pytest.raises(InputError, match="stay_probability is 1.5"):
+    with pytest.raises(InputError, match="stay_probability.*1.5"):
         Random("r", stay_probability=1.5)
 
 

@@ -201,6 +201,5 @@ class Forgetful(Steady):
 def test_a_server_that_opens_a_connection_for_each_call_is_not_asked_after_each(views):
     inner = Forgetful()
     model = ConfirmedModel(inner, views(), FIRST, clock=lambda: 0.0)
-    for _ in range(400):
-        asyncio.run(model.ask(make_request()))
+    asyncio.run(model.ask_all([make_request()] * 400))
     assert 32 < inner.inspected <= 32 + 400 // 20 + 2

@@ -27,14 +27,14 @@ from ollama_cases import (
     FakeModel,
     body_key,
     busy,
-    chat_lines,
+    chat_reply,
     default_models,
     grid_answer,
     json_response,
     load_key,
     overflow_of,
     refusal_of,
-    send_lines,
+    send,
 )
 
 OnChat = Callable[[int, Body], None]
@@ -177,7 +177,7 @@ class OllamaServer(LocalServer):
             if request.transport is not None and not request.transport.is_closing():
                 self._note(body, case)
             elapsed_s, worked_s = time.perf_counter() - arrived, self.latency_s + case.delay_s
-            return await send_lines(request, case, chat_lines(body, case, elapsed_s, worked_s))
+            return await send(request, case, chat_reply(body, case, elapsed_s, worked_s))
 
     async def _load_only(self, body: Body, model: FakeModel) -> web.Response:
         self.loads.append(body)

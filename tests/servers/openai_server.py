@@ -47,12 +47,6 @@ def limited(**headers: str) -> ChatCase:
     return refused(429, "Rate limit reached", type="requests", code="rate_limit_exceeded", headers=named)
 
 
-def in_turn(*cases: str | ChatCase) -> Answerer:
-    """Return an answerer that gives these in their order and then the last one for ever."""
-    left = list(cases)
-    return lambda body: left.pop(0) if len(left) > 1 else left[0]
-
-
 def grid_reply(body: Body) -> str:
     """Return a valid reply of a 2D world's agent, decided by the prompt and the seed alone."""
     return grid_answer({"messages": body["messages"], "options": {"seed": body.get("seed")}})

@@ -106,10 +106,6 @@ class Answers(ABC):
         """Return the cached replies, confirmed or not, by key."""
         return {key: kept.reply for key, kept in self.find(keys).items()}
 
-    def count(self, keys: Sequence[str]) -> int:
-        """Return how many of the keys have an answer."""
-        return len(self.get(keys))
-
     def _rows(self, replies: Mapping[str, Reply], model: str) -> Iterator[Row]:
         for key, reply in replies.items():
             blob = self._encode(reply)
