@@ -6,8 +6,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from analysis.any.any_records import AnyRecords, read_records, schema
 from analysis.any.any_run import AnyRun
@@ -140,21 +138,6 @@ def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text_ev
     assert table["action_number"].to_pylist() == [None, None, 3.0, None, None]
     assert table["said"].to_pylist() == [True, False, False, True, False]
     assert steps_table("r", AnyRecords(BAR, [], []), schema(BAR)).column_names == ["run", *schema(BAR).names]
-
-
-VALUES = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=3)
-
-
-@pytest.mark.slow
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(changes=st.dictionaries(st.sampled_from([*STREAMS["steps"], "else"]), VALUES, max_size=4))
-def test_whatever_a_line_holds_it_becomes_arrays_or_an_error_of_records(tmp_path_factory, changes: dict[str, Any]):
-    folder = any_folder(tmp_path_factory.mktemp("run") / "sweep", [line(1, 0), line(1, 1, **changes)])
-    try:
-        records = read_records(folder, folder.summary())
-        assert records.arrays(folder).decisions == steps_table("r", records, schema(folder.declared)).num_rows == 2
-    except RecordError as error:
-        assert "steps.jsonl" in str(error)
 
 
 def test_declared_ranges_may_be_open(tmp_path):

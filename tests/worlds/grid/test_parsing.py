@@ -185,7 +185,7 @@ PIECES = st.lists(
 
 
 @given(st.text() | PIECES | JSON.map(json.dumps) | st.dictionaries(NAMES, WORDS | JSON).map(json.dumps))
-@settings(max_examples=100)
+@settings(max_examples=40)
 def test_any_text_is_read_without_raising_and_no_direction_is_made_up(text):
     said = read_message(Answer(text))
     assert said.text is None or said.outcome in (CHOSEN, REPAIRED)
@@ -236,21 +236,10 @@ def test_deep_nesting_is_unreadable(text):
     assert read_message(Answer(text)).outcome is UNREADABLE
 
 
-@pytest.mark.parametrize(
-    "unit",
-    [
-        '{"',
-        "<think>",
-        *(pytest.param(one, marks=pytest.mark.slow) for one in ("{", "{'", '{"a"}', '{"action":"stay"', UP + ",")),
-    ],
-)
-def test_half_a_megabyte_without_a_decision_is_read_to_its_end(unit):
-    text = '{"' + unit * (500_000 // len(unit))
+@pytest.mark.parametrize("unit", ['{"', "<think>", "{", "{'", '{"a"}', '{"action":"stay"', UP + ","])
+def test_a_long_text_without_a_decision_is_read_to_its_end(unit):
+    text = '{"' + unit * (100_000 // len(unit))
     assert read_action(Answer(text)).outcome is Outcome.UNREADABLE
-
-
-def test_a_decision_after_megabytes_of_thinking_is_found():
-    assert read_action(Answer("<think>" + "hm " * 700_000 + "</think>" + UP)).direction == "up"
 
 
 READ = (Outcome.CHOSEN, Outcome.REPAIRED)
@@ -311,7 +300,7 @@ CHANGES = st.sampled_from(
 
 
 @given(REPLIES, st.lists(st.tuples(st.integers(0, 400), st.integers(0, 30), CHANGES), min_size=1, max_size=4))
-@settings(max_examples=60)
+@settings(max_examples=30)
 def test_a_reply_with_changes_in_it_is_read_without_raising(reply, changes):
     text = reply.text
     for at, dropped, put in changes:
@@ -323,7 +312,7 @@ def test_a_reply_with_changes_in_it_is_read_without_raising(reply, changes):
 
 
 @given(REPLIES.filter(lambda one: one.question == "action" and one.expected), REPLIES)
-@settings(max_examples=50)
+@settings(max_examples=25)
 def test_two_decisions_in_one_reply_are_none_unless_they_agree(one, other):
     reading = read_action(Answer(one.text + "\n\n" + other.text))
     if reading.outcome in READ:
