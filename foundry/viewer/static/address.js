@@ -1,5 +1,5 @@
 "use strict";
-/* The view that the address describes after its ?: read, changed, and stored so that Back and a copied link restore it. */
+/* Keeps the state of a page in its address, behind the ?, so that Back and a copied link restore the page. */
 (function (foundry) {
   const WAIT_MS = 250;
   let waiting = {}, timer = null;

@@ -1,5 +1,5 @@
 "use strict";
-/* The clock of a page: a position from step 1 to the end of the last recorded step, played or set. */
+/* The clock of a page: its position goes from step 1 to the end of the last recorded step. */
 (function (foundry) {
   const SPEEDS = [0.5, 1, 2, 4, 8, 16, 30];
 

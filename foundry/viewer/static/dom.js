@@ -60,7 +60,7 @@ window.Foundry = window.Foundry || {};
   /** Return a dotted name that may break after dots and underscores. */
   function breakable(name) { return name.split(/(?<=[._])/).map((part, index) => [index ? h("wbr") : null, part]); }
 
-  /** Replace the content of an element. The keyboard focus moves to the new element with the same name. */
+  /** Replace the content of an element. If the focused element goes, the new element with the same name gets the focus. */
   function fill(element, ...children) {
     const focused = document.activeElement, lost = focused !== element && element.contains(focused);
     element.replaceChildren();
@@ -100,7 +100,35 @@ window.Foundry = window.Foundry || {};
     return pen;
   }
 
-  /** A word for a status, with a sign, so that it differs not only by colour. */
+  /** Return a function that draws in the next frame. A new size of the element, or light and dark colours, also let it draw. */
+  function redrawn(element, draw) {
+    let waiting = false;
+    const redraw = () => {
+      if (waiting) return;
+      waiting = true;
+      requestAnimationFrame(() => { waiting = false; draw(); });
+    };
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+    new ResizeObserver(redraw).observe(element);
+    return redraw;
+  }
+
+  /**
+   * Draw a line through values, with a gap for each missing value. The ends of the line are extended by `stub` CSS pixels,
+   * so that a single value can be seen.
+   */
+  function polyline(pen, values, x, y, stub) {
+    const isThere = (at) => values[at] !== null && values[at] !== undefined;
+    pen.beginPath();
+    values.forEach((value, at) => {
+      if (!isThere(at)) return;
+      if (isThere(at - 1)) pen.lineTo(x(at), y(value)); else pen.moveTo(x(at) - stub, y(value));
+      pen.lineTo(x(at) + (isThere(at + 1) ? 0 : stub), y(value));
+    });
+    pen.stroke();
+  }
+
+  /** Signs of the words for a status, so that these differ not only by colour. */
   const SIGNS = {
     complete: "✓", failed: "✕", running: "▶", unfinished: "◌", waiting: "…",
     chosen: "✓", repaired: "◆", unreadable: "▼", empty: "▼", truncated: "▼",
@@ -141,7 +169,7 @@ window.Foundry = window.Foundry || {};
     return h("details", {class: "keys"}, h("summary", {}, "keys"), h("dl", {}, list.map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)])));
   }
 
-  /** Return whether a key press is not for the page: the user is typing or choosing, or the key belongs to the browser. */
+  /** Return whether the page must ignore a key: the user types or chooses something, or the key is one of the browser's. */
   function isTyping(event) {
     const field = event.target.closest("input:not([type=checkbox]):not([type=range]), select, textarea");
     return Boolean(field) || event.ctrlKey || event.metaKey || event.altKey;
@@ -158,5 +186,5 @@ window.Foundry = window.Foundry || {};
     return found;
   }
 
-  foundry.dom = {h, s, fill, breakable, announce, number, color, penOf, badge, quote, keys, isTyping, visible, grouped};
+  foundry.dom = {h, s, fill, breakable, announce, number, color, penOf, redrawn, polyline, badge, quote, keys, isTyping, visible, grouped};
 })(window.Foundry);

@@ -5,7 +5,7 @@
   const POLL_MS = 2000, LEAST_LOOKS = 5, KEPT = 150;
   const STANDINGS = ["complete", "failed", "running", "unfinished", "waiting"];
 
-  /** Return the growth per second of a count over the last updates; null if there are too few. */
+  /** Return how much a count grew per second in the last updates; null if there were too few updates. */
   function pace(looks, count) {
     if (looks.length < LEAST_LOOKS) return null;
     const first = looks[0], last = looks[looks.length - 1];

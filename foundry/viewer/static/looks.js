@@ -1,5 +1,5 @@
 "use strict";
-/* Colours and marks of models, by the same numbers as in plots and the report: see foundry/palette. */
+/* Colours and marks of models, which are the same as in plots and in the report: see foundry/palette. */
 (function (foundry) {
   const {s} = foundry.dom, {colours, markers, dashes, baseline} = foundry.palette;
 

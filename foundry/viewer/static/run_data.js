@@ -65,7 +65,7 @@
       this.readers.forEach((listener) => listener());
     }
 
-    /** Return the options of a player for events: those of the chosen agent, and those that belong to no single agent. */
+    /** Return the options of a player for events: the events of the chosen agent, and the events of no single agent. */
     happening(chosen) {
       const isOf = (event) => chosen() === null || event.agent === null || event.agent === chosen();
       return {events: () => this.analysis.events.filter(isOf), why: () => this.analysis.why};
@@ -112,7 +112,7 @@
     /** Return the address of a moment. */
     momentOf(step, agent) { return `#/${this.address}?step=${step}&agent=${agent}`; }
 
-    /** Return everything about one agent's decision: its record, its calls, the messages to the agent; and messages and records before, from step `since` on. */
+    /** Return an agent's decision at a step: records, calls and received messages; also its messages and records since step `since`. */
     async decision(step, agent) {
       const size = this.about.decisions_per_chunk, number = this.numberOf(step, size), numbers = number ? [number - 1, number] : [number];
       const chunks = await Promise.all(numbers.map((one) => this.kept(this.decisionChunks, `decisions/${one}/${agent}`, one, size)));

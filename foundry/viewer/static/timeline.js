@@ -1,7 +1,7 @@
 "use strict";
 /* The timeline: a slider over the steps. Above it are events in words, and marks for failures, repairs, messages, and starts of fires. */
 (function (foundry) {
-  const {h, color, penOf} = foundry.dom;
+  const {h, color, penOf, redrawn} = foundry.dom;
   const HEIGHT = 44, LANE = 18;
   /** Rows of marks from the top: key, colour, form. */
   const ROWS = [
@@ -58,8 +58,7 @@
       this.written = [];
       this.canvas.addEventListener("pointerdown", (event) => { this.drag(event); this.pick(event); });
       this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) this.drag(event); });
-      new ResizeObserver(() => this.draw()).observe(this.canvas);
-      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+      redrawn(this.canvas, () => this.draw());
       clock.onChange(() => this.update());
     }
 

@@ -136,13 +136,6 @@ def test_a_note_that_a_crash_cut_is_told_beside_the_others(page: Any, served: Vi
     assert page.locator("dialog [data-note]").count() == 1
 
 
-def test_a_search_leads_to_the_moment_of_a_note(page: Any, served: ViewServer, made: SweepFolder):
-    go(page, served.url, f"sweep/{made.path.name}?find=turned&in=note")
-    page.click(".find .found a")
-    page.wait_for_selector(".player")
-    assert page.text_content(".where") == "step 3 of 6"
-
-
 def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, made: SweepFolder):
     further = note(made, note="b", who="Grace", step=None, text='Two\nlines, "quoted"', tags=("late", "odd"))
     alone, other = note(made, note="c", step=2, tags=("tag-alone",)), note(made, 1, note="d", text="Another run")

@@ -15,7 +15,7 @@
   }
 
   class Colours {
-    /** @param declared the world's declaration of this kind of decision: labels, or low and high, and the idle action; or null */
+    /** @param declared the actions that the world declares for a kind of decision: `labels`, or `low` and `high`, and `idle`; or null */
     constructor(declared) {
       this.declared = declared || {labels: [], low: null, high: null, idle: null};
       this.labels = new Map();
@@ -38,7 +38,7 @@
       this.labels.set(label, size < LABELS.length ? parts(LABELS[size]) : rgb(`hsl(${(size * TURN) % 360} 65% 55%)`));
     }
 
-    /** Add an action; return whether this changes the colours of other actions. */
+    /** Add an action. Return whether other actions change their colours because of it. */
     learn(action) {
       if (typeof action === "number") {
         const [low, high] = this.range;

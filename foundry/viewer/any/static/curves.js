@@ -1,8 +1,8 @@
 "use strict";
-/* Draws the numbers that a world records per step, as lines below the rows of agents, with the same columns. */
+/* Draws the numbers that a world records at each step as lines below the rows of agents, with one column per step as there. */
 (function (foundry) {
-  const {h, fill, number} = foundry.dom;
-  const DASHES = [6, 4], INSET = 6;
+  const {h, fill, number, polyline, redrawn} = foundry.dom;
+  const DASHES = [6, 4], INSET = 6, STUB = 3;
 
   class Curves {
     /** @param lanes the rows of agents, which give the position of each step */
@@ -19,8 +19,7 @@
       this.legend = h("p", {class: "legend"});
       this.known = h("p", {class: "legend"});
       this.element = h("figure", {class: "lanes-box", hidden: !curves.length}, h("div", {class: "row"}, this.title, this.choice), this.canvas, this.legend, this.known);
-      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
-      new ResizeObserver(() => this.redraw()).observe(this.element);
+      this.redraw = redrawn(this.element, () => this.draw());
     }
 
     reset() {
@@ -46,12 +45,6 @@
     /** Store the values of a block at its first step. A block that is loaded again may be longer. */
     take(known, found, first) {
       for (const name of ["low", "mean", "high"]) known[name].splice(first - 1, Infinity, ...found[name]);
-    }
-
-    redraw() {
-      if (this.drawing) return;
-      this.drawing = true;
-      requestAnimationFrame(() => { this.drawing = false; this.draw(); });
     }
 
     /** Return the names, values and colours of the visible lines. */
@@ -91,20 +84,13 @@
       pen.globalAlpha = 1;
     }
 
-    /** Draw a line through the steps that have a value. A line that never changes, such as a capacity, is dashed. */
+    /** Draw the mean over time. A line that never changes, such as a capacity, is dashed. */
     line(pen, {mean, colour}, x, y) {
       const known = mean.filter((one) => one !== null), first = known[0];
       pen.setLineDash(known.length > 1 && known.every((one) => one === first) ? DASHES : []);
       pen.strokeStyle = colour;
       pen.lineWidth = 2;
-      pen.beginPath();
-      mean.forEach((value, index) => {
-        if (value === null) return;
-        if (index && mean[index - 1] !== null) pen.lineTo(x(index), y(value));
-        else pen.moveTo(x(index) - 3, y(value));
-        pen.lineTo(x(index) + ((mean[index + 1] ?? null) === null ? 3 : 0), y(value));
-      });
-      pen.stroke();
+      polyline(pen, mean, x, y, STUB);
       pen.setLineDash([]);
     }
 

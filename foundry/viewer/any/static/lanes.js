@@ -1,9 +1,9 @@
 "use strict";
 /* Draws agents over time: one row per agent, one column per step, coloured by action. Below is the utility, if there is one. */
 (function (foundry) {
-  const {h, fill, color, number, penOf} = foundry.dom;
+  const {h, fill, color, number, penOf, polyline, redrawn} = foundry.dom;
   const GUTTER = 46, AXIS = 18, CHART = 84, MARGIN = 4;
-  const HIGH = 340, LARGEST = 24, SMALLEST = 2;
+  const HIGH = 340, LARGEST = 24, SMALLEST = 2, STUB = 4;
   const MOST_PARTS = 4;
   const MOST_COLUMNS = 4096, HATCHED_PX = 3, HATCH = 5;
 
@@ -32,8 +32,8 @@
         h("div", {class: "lanes-scroll"}, this.canvas), this.legend, this.utility);
       this.canvas.addEventListener("click", (event) => this.pick(event));
       this.canvas.addEventListener("pointermove", (event) => this.tell(event));
-      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.begin(); this.redraw(); });
-      new ResizeObserver(() => this.redraw()).observe(this.element);
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.begin());
+      this.redraw = redrawn(this.element, () => this.draw());
     }
 
     async load() {
@@ -133,12 +133,6 @@
 
     left(step) { return GUTTER + (step - 1) * this.column; }
 
-    redraw() {
-      if (this.drawing) return;
-      this.drawing = true;
-      requestAnimationFrame(() => { this.drawing = false; this.draw(); });
-    }
-
     draw() {
       this.utility.hidden = !this.run.hasUtility;
       if (!this.canvas.clientWidth || !this.sheet) return;
@@ -236,8 +230,8 @@
       pen.fillStyle = color("accent");
       pen.fill();
       pen.globalAlpha = 1;
-      this.line(pen, utilities.map((one) => one.sum / one.count), x, y, "accent");
-      if (this.selected !== null) this.line(pen, this.ofAgent(), x, y, "select");
+      this.line(pen, utilities.map((one) => one.sum / one.count), (at) => x(at + 1), y, "accent");
+      if (this.selected !== null) this.line(pen, this.ofAgent(), (at) => x(at + 1), y, "select");
       this.drawScale(pen, low, high);
       this.drawCursor(pen, CHART);
       const here = utilities[this.step - 1];
@@ -245,13 +239,9 @@
     }
 
     line(pen, values, x, y, tone) {
-      pen.beginPath();
-      if (values.length === 1) pen.moveTo(x(1) - 4, y(values[0]));
-      values.forEach((value, index) => pen.lineTo(x(index + 1), y(value)));
-      if (values.length === 1) pen.lineTo(x(1) + 4, y(values[0]));
       pen.strokeStyle = color(tone);
       pen.lineWidth = 2;
-      pen.stroke();
+      polyline(pen, values, x, y, values.length === 1 ? STUB : 0);
     }
 
     /** Return the chosen agent's utilities by step. They are computed again only if new data were loaded. */

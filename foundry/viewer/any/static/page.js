@@ -5,7 +5,7 @@
   const FINE = ["chosen", "repaired", undefined];
   const LONG = 60;
 
-  /** Return the lines of the decisions by step, and by step and agent. */
+  /** Group the lines of a chunk by their step, and by their step and agent. */
   function chunk(found) {
     const ofStep = new Map(), ofAgent = new Map();
     const add = (map, key, row) => { if (map.has(key)) map.get(key).push(row); else map.set(key, [row]); };
@@ -44,7 +44,7 @@
     return [told(rest), thought(reasons, calls), records.map((one) => recordView(one, records.length > 1))];
   }
 
-  /** Return the actions of an agent at a step, and their outcomes, from its lines. */
+  /** Return what an agent did at a step: its actions in words, its message, and the outcomes of its decisions. */
   function summed(rows) {
     const told = rows.filter((row) => row.action !== null && row.action !== undefined), several = new Set(rows.map((row) => row.kind)).size > 1;
     const words = told.map((row) => (several ? `${row.kind}: ${action(row.action)}` : action(row.action)));
@@ -70,7 +70,7 @@
   }
 
   /**
-   * The page of a run. A form may extend it: `stage()` returns the panel next to the inspector, `drawStep(step, share)` is
+   * The page of a run. A form may extend it: `stage()` returns the elements beside the inspector, `drawStep(step, share)` is
    * called when the clock moves, and `chosen()` when the user chooses another agent.
    */
   class AnyPage {

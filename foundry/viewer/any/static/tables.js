@@ -15,7 +15,7 @@
     return h("td", {class: text.length > LONG ? "text" : null}, h("bdi", {}, text));
   }
 
-  /** Return the keys of lines except for the given keys, the declared keys first. */
+  /** Return all keys of some lines, the declared keys first, without the keys in `without`. */
   function keysOf(rows, declared, without = []) {
     return [...new Set([...declared, ...rows.flatMap((row) => Object.keys(row))])].filter((key) => !without.includes(key));
   }

@@ -12,7 +12,7 @@
     if (!reply.ok) throw new Error((await reply.json()).error);
   }
 
-  /** Return a prompt as elements: headings as headings, by their tag, and lines unchanged. */
+  /** Return a prompt as elements. A heading becomes an element with this tag; other lines stay as they are. */
   function read(text, tag) {
     const parts = [];
     let lines = [];
@@ -105,8 +105,8 @@
   }
 
   /**
-   * Show the progress: the number of waiting questions, or, if each question depends on the one before, the share that
-   * the command reports.
+   * Return the progress: the number of answers and of questions that wait. If only one question waits at a time, the
+   * finished share of the session stands instead, as the command reports it.
    */
   function progress({question, answered, waiting, far}) {
     const share = waiting > 1 ? answered / (answered + waiting) : far;

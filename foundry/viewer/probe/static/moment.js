@@ -10,7 +10,7 @@
     return typeof value === "string" ? value : value !== null && typeof value === "object" ? "none" : String(value);
   }
 
-  /** Return the values of an observation as pairs of path and value; only empty lists and objects stay whole. */
+  /** Return all values of an observation with their paths, as in ["fires[0].x", 3]. Empty lists and objects count as values. */
   function lines(value, path = "") {
     if (value !== null && typeof value === "object" && Object.keys(value).length) {
       return Object.entries(value).flatMap(([key, inner]) => lines(inner, Array.isArray(value) ? `${path}[${key}]` : path ? `${path}.${key}` : key));
@@ -34,7 +34,7 @@
 
     say(text) { this.turn = (this.turn || 0) + 1; fill(this.element, h("p", {class: "note"}, text)); }
 
-    /** Show a moment, without an edit (0), or before and after an edit. */
+    /** Show a moment before and after an edit, or, for edit 0, without an edit. */
     async show(moment, {edit, format, gist}) {
       const mine = this.turn = (this.turn || 0) + 1;
       try {

@@ -44,13 +44,13 @@
   /** Return the most frequent choice. */
   function usual(counts) { return Object.keys(counts).reduce((best, one) => (counts[one] > counts[best] ? one : best)); }
 
-  /** Return names as one phrase, or their number if they would not fit on a line. */
+  /** Return one or two names; of more, their number, as in "3 models". */
   function phrase(names, all) {
     if (names.length === all && all > 1) return all === 2 ? "both models" : `all ${all} models`;
     return names.length > 2 ? `${names.length} models` : names.join(" and ");
   }
 
-  /** Return the frequency of each choice in the whole probe. It gives the order of choices for all models and moments. */
+  /** Return how often each choice occurs in the whole probe. All lists of choices are in this order. */
   function totals(moments) {
     const found = new Map();
     for (const {counts} of moments.flatMap((one) => one.answered)) {
@@ -59,7 +59,7 @@
     return found;
   }
 
-  /** Return the counts, with every choice replaced by the choice that is expected after an edit. */
+  /** Replace each choice in the counts by the choice that an edit should turn it into, as "left" by "right" in a mirror. */
   function carried(counts, edit) {
     const found = {};
     for (const [choice, count] of Object.entries(counts)) {

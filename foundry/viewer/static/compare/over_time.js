@@ -1,11 +1,11 @@
 "use strict";
 /* Draws numbers by step of all compared runs, one row per number, with the largest differences first. A click on a step goes to this step. */
 (function (foundry) {
-  const {h, fill, number} = foundry.dom;
-  const TALL = 56, INSET = 5, SHOWN_AT_FIRST = 3, LINE = 2;
+  const {h, fill, number, polyline, redrawn} = foundry.dom;
+  const TALL = 56, INSET = 5, SHOWN_AT_FIRST = 3, LINE = 2, STUB = 2;
 
   class OverTime {
-    /** @param options.names of the runs; options.looks of the runs */
+    /** @param options.names the names of the runs; @param options.looks their colours and marks */
     constructor(runs, clock, {names, looks}) {
       Object.assign(this, {runs, clock, names, looks});
       this.values = runs.map(() => ({}));
@@ -18,8 +18,10 @@
       this.legend = h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`)));
       this.element = h("section", {class: "over-time", "aria-label": "Over time", hidden: true},
         h("h2", {}, "Over time"), this.legend, this.body, this.folded);
-      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
-      new ResizeObserver(() => this.redraw()).observe(this.body);
+      this.redraw = redrawn(this.body, () => {
+        this.steps = clock.steps;
+        this.lanes.forEach((lane, name) => this.draw(lane, name));
+      });
       clock.onChange(() => { if (clock.steps === this.steps) this.lanes.forEach((lane, name) => this.point(lane, name)); else this.redraw(); });
     }
 
@@ -67,7 +69,7 @@
 
     get known() { return [...new Set(this.values.flatMap((one) => Object.keys(one)))]; }
 
-    /** Return the difference between the runs in a number: the mean over steps, as a share of the whole range. */
+    /** Return how much the runs differ in a number: the mean gap over all steps, divided by the range of the number. */
     apart(name) {
       const lines = this.values.map((one) => one[name] || []), isThere = (one) => one !== null && one !== undefined, all = lines.flat().filter(isThere);
       const width = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
@@ -106,20 +108,16 @@
       return {canvas, dial, told, element: h("figure", {class: "lane", "data-lane": name}, h("figcaption", {}, h("b", {}, name), " ", told), dial.element)};
     }
 
-    redraw() {
-      if (this.drawing) return;
-      this.drawing = true;
-      this.steps = this.clock.steps;
-      requestAnimationFrame(() => { this.drawing = false; this.lanes.forEach((lane, name) => this.draw(lane, name)); });
-    }
-
     draw(lane, name) {
       const {steps} = this.clock, pen = steps ? lane.dial.pen() : null;
       if (!pen) return;
       const lines = this.values.map((one) => one[name] || []), found = lines.flat().filter((one) => one !== null && one !== undefined);
       const low = found.reduce((a, b) => Math.min(a, b), 0), high = found.reduce((a, b) => Math.max(a, b), low) || 1;
       const y = (value) => INSET + (TALL - 2 * INSET) * (1 - (value - low) / (high - low || 1)), column = lane.dial.width / steps;
-      lines.forEach((values, index) => this.line(pen, index, values, (step) => (step + 0.5) * column, y));
+      lines.forEach((values, index) => {
+        this.stroke(pen, index);
+        polyline(pen, values, (step) => (step + 0.5) * column, y, STUB);
+      });
       Object.assign(lane, {range: `${number(low)} to ${number(high)}`, step: null});
       this.point(lane, name);
     }
@@ -133,18 +131,6 @@
       const said = this.values.map((one, index) => `${this.names[index]} ${number((one[name] || [])[step - 1])}`).join(", ");
       lane.told.textContent = `${lane.range} · step ${step}: ${said}`;
       lane.canvas.setAttribute("aria-label", `${name}, step ${step}: ${said}`);
-    }
-
-    /** Draw a line through the steps that have a value. A single value is a short stroke. */
-    line(pen, index, values, x, y) {
-      this.stroke(pen, index);
-      values.forEach((value, step) => {
-        if (value === null || value === undefined) return;
-        if (step && values[step - 1] !== null && values[step - 1] !== undefined) pen.lineTo(x(step), y(value));
-        else pen.moveTo(x(step) - 2, y(value));
-        pen.lineTo(x(step) + 1, y(value));
-      });
-      pen.stroke();
     }
   }
 

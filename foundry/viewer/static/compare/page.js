@@ -46,7 +46,7 @@
       this.panels.forEach((one) => one.view.dispose && one.view.dispose());
     }
 
-    /** The options of the common player: jumps and marks that every run has, and the fires of the first run. */
+    /** Return the options of the player: the jumps and marks that all runs have, and the fires of the first run. */
     playing() {
       const each = this.runs.map((run) => run.form.player(run.about)), [first] = each;
       const shared = (key) => first[key].filter((one) => each.every((other) => other[key].includes(one)));
@@ -78,7 +78,7 @@
       return [h("label", {class: "choices"}, h("input", {type: "checkbox", onchange: turn}), "all on one map"), apart, overlay.box];
     }
 
-    /** Show on all maps the part that the user chose on one of them. */
+    /** If the user zooms or moves one map, show the same part on all maps. */
     linkMaps() {
       const maps = this.panels.map(({view}) => view);
       maps.forEach((map) => { map.options.onCamera = (camera) => maps.forEach((other) => { if (other !== map) other.camera = camera || "1,0,0"; }); });

@@ -12,7 +12,7 @@
   /** Return whether two runs have the same world and seed; only such runs are searched for differences. */
   function isPaired({about: one}, {about: other}) { return one.world === other.world && one.seed === other.seed; }
 
-  /** Return the first differences of the runs from the first run, {step, agent, kind, asked} each, the earliest first. */
+  /** Return the first decisions in which the runs differ from the first run, as {step, agent, kind, asked}, the earliest first. */
   async function partingsOf(runs) {
     const [first, ...others] = runs, found = new Map();
     const told = await Promise.all(others.filter((run) => isPaired(first, run)).map((run) =>
@@ -31,7 +31,7 @@
     return action === null || action === undefined ? "chose nothing" : `chose ${cut(typeof action === "string" ? action : JSON.stringify(action))}`;
   }
 
-  /** Return the decision of a run on a kind of question, in words; on any kind if it is null. */
+  /** Return a decision of a run in words. `kind` is the kind of question; null for any. */
   function gist(run, decision, kind) {
     const record = decision.records.find((one) => kind === null || one.kind === kind || one.kind === undefined);
     if (!record) return "made no decision";

@@ -45,7 +45,7 @@
       .map(([kind, text]) => (kind === SAME ? h("span", {}, text) : h("mark", {}, text))));
   }
 
-  /** Return a text with its differences from the first text; the first text is compared with the second. */
+  /** Return a text, with the words marked that the first text lacks. In the first of two texts, mark the words that the second lacks. */
   function held(texts, index) {
     const [first] = texts, other = index ? first : texts.length === 2 ? texts[1] : undefined;
     if (other === undefined) return quote(texts[index]);

@@ -11,7 +11,7 @@
     /**
      * @param onChange called with the part of the address that describes the search
      * @param onFound called with the number of results by run, or null if there is no search
-     * @param nameOf returns what a run is called
+     * @param nameOf returns the name of a run
      */
     constructor(sweep, {onChange, onFound, nameOf}) {
       Object.assign(this, {sweep, onChange, onFound, nameOf, asked: "", inRuns: null});

@@ -8,7 +8,7 @@
     /**
      * @param sweep the sweep's id
      * @param onUnread called with the row whose unreadable replies the user wants to see
-     * @param nameOf returns what a run is called
+     * @param nameOf returns the name of a run
      */
     constructor(sweep, onUnread, nameOf) {
       Object.assign(this, {sweep, onUnread, nameOf, again: ""});

@@ -23,7 +23,7 @@
 
   class Matrix {
     /**
-     * @param onPick called with the row, world and measure of a cell; each is null if the choice leaves it open
+     * @param onPick called with the row, world and measure of the cell that the user clicked; null for each that does not matter
      * @param onOpen called with the name of the row whose measures are shown, or null
      * @param onSort called with the measure whose column head the user clicked
      * @param onUnread called with the model whose unreadable replies the user wants to see
@@ -41,7 +41,7 @@
         ...(this.found.matrix?.columns || []).map((one) => [one.measure, one.label || one.title])]);
     }
 
-    /** Assign each run to its row: the row of its group, or else the only row of its model, or else a new row. */
+    /** Assign each run to the row of its group; without one, to the only row of its model; without one, to a new row. */
     arrange(runs) {
       const {columns, groups, group_of: groupOf, matrix} = this.found, at = columns.indexOf("model"), places = new Map();
       this.rows = (matrix?.rows || []).map((row) => ({name: row.name, model: row.groups[0][at], cells: row.cells, groups: row.groups, runs: []}));

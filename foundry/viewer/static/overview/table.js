@@ -53,8 +53,8 @@
 
     /**
      * Show only the rows with these words and values, in this order.
-     * @param filters.text words; all others are values by the key of a row, "" for any
-     * @param within whether a row is among the rows that other conditions allow
+     * @param filters.text words; all other filters are values by the key of a row, or "" for any value
+     * @param within returns whether other conditions allow a row
      */
     look({filters, within, sort, page}) {
       Object.assign(this, {filters, within, page});

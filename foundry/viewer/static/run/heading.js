@@ -1,5 +1,5 @@
 "use strict";
-/* The heading of a run: model, world, seed and score, with links to the next seed of the model and to the next model on the seed. */
+/* The heading of a run: model, world, seed and score, with links to the next seed and to the next model. */
 (function (foundry) {
   const {h, fill, number, quote} = foundry.dom;
 

@@ -21,7 +21,7 @@
     return found.map(([heading, body]) => (heading ? h("details", {class: "section", open: true}, h("summary", {}, h("bdi", {}, heading)), quote(body, "prompt")) : quote(body, "prompt")));
   }
 
-  /** Return the identity of a call within its step: its kind, and the number of earlier calls of this kind. */
+  /** Return a key of a call within its step: its kind, and the number of earlier calls of this kind. */
   function keyOf(kind, before) { return JSON.stringify([kind, before]); }
 
   /** One call: the prompt exactly as it was sent, the raw reply, and the details of the call. */
@@ -51,7 +51,7 @@
       earlier.length ? h("details", {}, h("summary", {}, `${earlier.length} before these`), heard(earlier, true)) : null];
   }
 
-  /** The thoughts of an agent, each under its heading; without a stated reason, the thinking of the model before the reply. */
+  /** Return the reasons that an agent gave, each under its heading; if it gave none, the thinking of the model. */
   function thought(reasons, calls = []) {
     const given = reasons.filter(([, text]) => text);
     const thoughts = given.length ? given : calls.filter((call) => call.thinking).map((call) => [`Thought (${call.kind})`, call.thinking]);
