@@ -6,7 +6,7 @@ import pytest
 from foundry.storing import run_writer
 from foundry.storing.store import RunFolder
 from foundry.viewer.calls import CallLog
-from made_up_runs import AGENTS, Playing, sweep
+from made_up_runs import AGENTS, Playing, sweep, whole_run
 
 
 @pytest.fixture
@@ -24,9 +24,7 @@ def test_a_step_is_found_in_any_order_wherever_frames_of_the_log_end(
     frame: int, folder: RunFolder, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(run_writer, "FRAME", frame)
-    playing = Playing(folder, reply="x" * 100_000)
-    playing.play(1, 6)
-    playing.end()
+    whole_run(folder, reply="x" * 100_000)
     log = CallLog(folder.stream_path("calls"))
     for step in (6, 1, 2, 5, 3, 4):
         assert found(log, 3, step, step) == [(step, 3, "message"), (step, 3, "action")]
@@ -39,9 +37,7 @@ def test_a_step_is_found_in_any_order_wherever_frames_of_the_log_end(
 
 def test_a_late_step_is_read_without_the_steps_before_it(folder: RunFolder, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(run_writer, "FRAME", 1)
-    playing = Playing(folder)
-    playing.play(1, 6)
-    playing.end()
+    whole_run(folder)
     path = folder.stream_path("calls")
     content = bytearray(path.read_bytes())
     second = content.index(b"\x28\xb5\x2f\xfd", 1)
@@ -68,9 +64,7 @@ def test_a_log_that_grows_is_followed(frame: int, folder: RunFolder, monkeypatch
 
 
 def test_a_log_that_was_cut_gives_what_is_whole_and_one_that_is_none_is_said_to_be_damaged(folder: RunFolder):
-    playing = Playing(folder)
-    playing.play(1, 6)
-    playing.end()
+    whole_run(folder)
     path = folder.stream_path("calls")
     path.write_bytes(path.read_bytes()[:-40])
     log = CallLog(path)

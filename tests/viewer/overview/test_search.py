@@ -14,7 +14,7 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.resources import Resources
 from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.server import serving
-from made_up_runs import Playing, sweep, whole_run, whole_sweep
+from made_up_runs import sweep, whole_run, whole_sweep
 from viewer_pages import go
 
 
@@ -116,9 +116,7 @@ def test_a_run_that_ends_later_is_found_too_and_one_started_anew_once(made: Swee
     assert search.find(Query("reply", "late"))["count"] == 48
     search.close()
     shutil.rmtree(made.runs()[2].path)
-    playing = Playing(made.runs()[2], reply="other answer")
-    playing.play(1, 6)
-    playing.end()
+    whole_run(made.runs()[2], reply="other answer")
     again = TextSearch(made)
     indexed(again)
     assert [again.find(Query("reply", word))["count"] for word in ("late", "other")] == [0, 48]

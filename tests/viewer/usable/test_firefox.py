@@ -106,9 +106,6 @@ class Firefox:
         """Wait until an expression is true, as long as pytest lets the test run."""
         self._run(LOOK % expression)
 
-    def text(self, selector: str) -> str:
-        return str(self.evaluate(f"{_one(selector)}.textContent"))
-
     def click(self, selector: str) -> None:
         """Press an element where it is seen."""
         self.wait_for(_one(selector))
