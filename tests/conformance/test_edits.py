@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,25 +14,17 @@ from foundry.conformance.edits import EditCase
 from foundry.conformance.playing import Status, WorldCase, examine
 from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
-from foundry.worlds.grid.grid_world import GridScenario
-from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.probe.editing import Edit, observing
+from small_worlds import grid
 
 _numbers: Iterator[int] = iter(range(10**6))
 PROMPT = Prompt("own", dict.fromkeys(("message", "action"), "You are at {{ x }}."))
 _SIDES = {"left": "right", "right": "left"}
 
 
-def world() -> GridScenario:
-    return GridScenario(
-        name="small", half_size=9, agents=2, steps=2, layout=Uniform(), places=[], communication_distance=20,
-        history={"memory": 3, "messages": 3},
-    )  # fmt: skip
-
-
 def broken(change: Callable[[Question], Question | None], leaves: str = "cause", **said: Any) -> dict[str, str]:
     """Return the notes of the checks that an edit fails, by their names."""
-    case = EditCase(Edit("own", leaves, change, **said), WorldCase(world, lambda: PROMPT))
+    case = EditCase(Edit("own", leaves, change, **said), WorldCase(partial(grid, steps=2), lambda: PROMPT))
     found = examine("edit", CHECKS["edit"], case)
     return {one.check: one.note for one in found if one.status is Status.FAILED}
 

@@ -20,7 +20,7 @@ import yaml
 
 import foundry as public
 from commands import foundry, refusal, statuses, succeeds
-from foundry import own_code, paths
+from foundry import paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import declare
 from foundry.expansion import expand, settings_key
@@ -70,11 +70,6 @@ def led(tmp_path_factory: pytest.TempPathFactory) -> Led:
 def the(led: Led, start: str) -> str:
     """Return what the command that begins so said."""
     return next(text for command, text in led.said.items() if command.startswith(start))
-
-
-def test_the_example_is_short():
-    lines = [line for file in EXAMPLE.rglob("*.py") for line in file.read_text(encoding="utf-8").splitlines()]
-    assert len(lines) <= 120
 
 
 @pytest.mark.slow
@@ -152,8 +147,7 @@ def test_its_signature_is_measured_as_plain_loops_say_and_claims_rest_on_it_wher
     run = led.run("mine/mixing")
     went = Counter(line["step"] for line in steps_of(led.place / run) if line["action"] == "go")
     attended = [went[evening] for evening in range(1, 21)]
-    table = pq.read_table(led.place / "bar" / "analysis" / "signatures.parquet").to_pandas().set_index("run")
-    row = table.loc[Path(run).name]
+    row = table.set_index("run").loc[Path(run).name]
     assert row["attendance.score"] == pytest.approx(
         100 * (0.6 - np.mean([abs(one / 10 - 0.6) for one in attended])) / 0.6
     )
@@ -178,20 +172,12 @@ def test_a_baseline_that_is_none_is_told_in_one_line(led: Led, names: str, told:
     assert done.returncode == 2 and told in done.stderr and done.stderr.count("\n") == 1
 
 
-def test_its_replies_can_be_held_to_its_schema():
-    schema = yaml.safe_load((EXAMPLE / "mine" / "schema" / "el_farol.yaml").read_text(encoding="utf-8"))
-    own_code.importable([EXAMPLE / "mine"])
-    from el_farol import ElFarol  # type: ignore[import-not-found]
-
-    assert set(schema) == set(ElFarol.kinds)
-    assert tuple(schema["evening"]["properties"]["action"]["enum"]) == ("go", "stay")
-
-
 @pytest.mark.slow
 def test_a_served_model_is_given_the_schema_that_the_world_chose(led: Led):
     asked = ("--config-dir", MINE, "world=el_farol", "model=qwen3:4b", "--cfg", "job", "--package", "model.schemas")
     found = yaml.safe_load(said(*asked, "--resolve", cwd=led.place))
-    assert list(found["evening"]["properties"]) == ["action", "reasoning"]
+    assert list(found) == ["evening"] and list(found["evening"]["properties"]) == ["action", "reasoning"]
+    assert found["evening"]["properties"]["action"]["enum"] == ["go", "stay"]
 
 
 @pytest.mark.slow

@@ -12,14 +12,9 @@ from foundry.errors import InputError
 from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
 from foundry.records import Attempt, Call
 from foundry.storing.run_writer import RunWriter
-from foundry.worlds.base import Answer, Question
-from foundry.worlds.grid.grid_world import GridScenario
-from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.probe.moments import Moment
 from made_up_runs import sweep
-
-UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
-HELLO = '{"message": "Hello.", "reasoning": ""}'
+from small_worlds import HELLO, greeted, grid
 
 
 def call(step: int, agent: int, kind: str = "action", text: str = "") -> Call:
@@ -117,30 +112,14 @@ def test_a_file_lists_moments_of_the_recorded_runs_and_is_refused_where_it_is_of
         listed(file, recorded)
 
 
-def small() -> GridScenario:
-    return GridScenario(
-        name="small", half_size=2, agents=2, steps=3, layout=Uniform(), places=[], communication_distance=20,
-        history={"memory": 3, "messages": 3},
-        fires=[{"name": "great", "start": 2, "position": [0, 0], "intensity": 0.5, "radius": 50}],
-    )  # fmt: skip
-
-
-def played(scenario: GridScenario) -> tuple[Past, list[Question]]:
-    running, calls, asked = scenario.start(4), list[Call](), list[Question]()
-    while not running.finished:
-        pending = running.pending()
-        texts = [HELLO if one.kind == "message" else UP for one in pending]
-        calls += [call(*one.asked, text) for one, text in zip(pending, texts, strict=True)]
-        asked += pending
-        running.advance([Answer(text) for text in texts])
-    return Past(4, calls), asked
-
-
 def test_every_recorded_moment_is_told_apart_by_what_its_agent_perceived():
-    past, asked = played(small())
-    found = strata_of(small(), {"run": past})
-    assert list(found) == list(past.moments("run")) and len(found) == len(asked) == 12
-    for question, strata in zip(asked, found.values(), strict=True):
+    fire = {"name": "great", "start": 2, "position": [0, 0], "intensity": 0.5, "radius": 50}
+    small = grid(half_size=2, fires=[fire])
+    pairs = greeted(small)
+    past = Past(4, [call(*one.asked, text) for one, text in pairs])
+    found = strata_of(small, {"run": past})
+    assert list(found) == list(past.moments("run")) and len(found) == len(pairs) == 12
+    for (question, _), strata in zip(pairs, found.values(), strict=True):
         x, y = question.observation["x"], question.observation["y"]
         assert strata == {
             "fire": question.step >= 2,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import small_games as games
+import small_worlds as games
 from analysis import analyze
 from analysis.figures.pictures import means_picture
 from analysis.rounds.rounds_run import RoundsRun
@@ -235,9 +235,7 @@ def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
 @pytest.mark.parametrize(
     ("world", "policy", "column", "value"),
     [
-        ("bar", "coin", "score", 75.39),
         ("bar", "mixing", "score", 80.0),
-        ("bar", "always_go", "score", 100 / 3),
         ("public_goods", "free_rider", "score", 100),
         ("public_goods", "random", "score", 50),
         ("public_goods", "conditional", "score", 100 - 100 * (1 - 0.8**20) / (2 * 20 * 0.2)),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import small_games
+import small_worlds
 from foundry.declared import Actions
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question, Scenario
@@ -16,13 +16,13 @@ from foundry.worlds.probe.editing import find_edit, find_edits, observing
 from foundry.worlds.rounds.naming import NamingGame
 from foundry.worlds.rounds.reading import deciding, options_of
 from foundry.worlds.rounds.table import RoundQuestion
-from small_games import bar, fishery, goods, punished
+from small_worlds import bar, fishery, goods, punished
 
 AGES = {"age": {"young": 1, "old": 1}, "trade": {"baker": 1, "smith": 1}}
 
 
 def naming(**changes: Any) -> NamingGame:
-    return small_games.naming(**({"agents": 2, "names": ["a", "b", "c"], "memory": 5} | changes))
+    return small_worlds.naming(**({"agents": 2, "names": ["a", "b", "c"], "memory": 5} | changes))
 
 
 def asked_after(scenario: Scenario, *rounds: Sequence[Any], seed: int = 0) -> list[Question]:

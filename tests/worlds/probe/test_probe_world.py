@@ -13,34 +13,21 @@ from foundry.errors import InputError, RecordError
 from foundry.records import Outcome
 from foundry.worlds.base import Answer, Question, Scenario
 from foundry.worlds.grid.grid_world import GridScenario
-from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.probe.editing import UNEDITED, Edit
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
 from foundry.worlds.probe.probe_world import APART, ROUND, ProbeScenario
-from small_games import naming
-
-UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
-HELLO = '{"message": "Hello.", "reasoning": ""}'
+from small_worlds import GRID, HELLO, greeted, grid, naming
 
 
-def world(agents: int = 3) -> GridScenario:
-    return GridScenario(
-        name="small", half_size=9, agents=agents, steps=3, layout=Uniform(), places=[], communication_distance=20,
-        history={"memory": 3, "messages": 3},
-    )  # fmt: skip
+def world() -> GridScenario:
+    return grid(agents=3)
 
 
 def played(scenario: Scenario) -> tuple[list[Question], list[Said]]:
     """Return what is asked in an episode, and what was answered."""
-    running, asked, past = scenario.start(4), list[Question](), list[Said]()
-    while not running.finished:
-        pending = running.pending()
-        texts = [HELLO if one.kind == "message" else UP for one in pending]
-        asked += pending
-        past += [Said(step=one.step, agent=one.agent, kind=one.kind, text=text, ending="stop")
-                 for one, text in zip(pending, texts, strict=True)]  # fmt: skip
-        running.advance([Answer(text) for text in texts])
-    return asked, past
+    pairs = greeted(scenario)
+    past = [Said(step=one.step, agent=one.agent, kind=one.kind, text=text, ending="stop") for one, text in pairs]
+    return [one for one, _ in pairs], past
 
 
 def kept_in(
@@ -133,7 +120,5 @@ class Mute(GridScenario):
 def test_a_world_that_reads_no_reply_alone_is_refused(tmp_path: Path):
     asked, past = played(world())
     with pytest.raises(InputError, match="has no method `read`"):
-        source = Mute(**{"name": "mute", "half_size": 3, "agents": 1, "steps": 1, "layout": Uniform(), "places": [],
-                         "communication_distance": 1, "history": {"memory": 1, "messages": 1}})  # fmt: skip
-        ProbeScenario(source=source, repeats=1, **kept_in(tmp_path, as_moments(asked), past))
+        ProbeScenario(source=Mute(**GRID), repeats=1, **kept_in(tmp_path, as_moments(asked), past))
     assert UNEDITED.described(world())["expected"] == {}

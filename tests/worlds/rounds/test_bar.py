@@ -1,6 +1,5 @@
 """The El Farol bar: who gets what, who is told what, and the policies whose results are known."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -9,14 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from foundry.errors import InputError
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer
 from foundry.worlds.rounds.bar import REPORTS, Bar, Evening
 from foundry.worlds.rounds.reading import deciding
-from foundry.worlds.rounds.rounds_policies import PREDICTORS, Inductive, Tossing, equilibrium
+from foundry.worlds.rounds.rounds_policies import PREDICTORS, equilibrium
 from scripted_rounds import scripted_run
-from small_games import bar
+from small_worlds import bar
 
 GO, STAY = deciding("go"), deciding("stay")
 
@@ -56,14 +54,6 @@ def test_as_many_places_as_the_capacity_says_whatever_rounding_does(agents: int,
     assert places == agents * hundredths // 100
 
 
-def test_settings_that_are_no_numbers_and_unknown_reports_are_told():
-    for name, value in (("capacity", 1.2), ("capacity", "60 %"), ("fun", None), ("home", math.nan)):
-        with pytest.raises(InputError, match=f"world.{name} must be a number"):
-            bar(**{name: value})
-    with pytest.raises(InputError, match="'explicite' not found. Did you mean 'explicit'"):
-        bar(reports="explicite")
-
-
 def test_the_mixed_equilibrium_makes_going_and_staying_worth_the_same_and_is_pure_where_one_is_always_better():
     assert equilibrium(10, 10, 10, 0, 5) == equilibrium(10, 6, 10, 6, 5) == 1
     assert equilibrium(10, 0, 10, 0, 5) == equilibrium(10, 6, 4, 0, 5) == equilibrium(1, 0, 9, 0, 5) == 0
@@ -86,9 +76,3 @@ def test_every_predictor_stays_within_the_crowd_and_looks_back_alone():
         said = predictor(past, 10)
         assert said.shape == (2,) and (said >= 0).all() and (said <= 10).all()
     assert PREDICTORS[-1](past, 10)[1] == pytest.approx(1), "eight evenings on a straight line, one further"
-
-
-def test_policies_refuse_odds_that_are_none():
-    for make in (lambda: Tossing("t", 1.5), lambda: Inductive("i", predictors=0)):
-        with pytest.raises(InputError, match="model.pr.* must be"):
-            make()

@@ -10,14 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from foundry import seeding
-from foundry.errors import InputError
 from foundry.records import Message, Record
 from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.fishery import Catch, Stock, one_by_one, shares, sustainable
 from foundry.worlds.rounds.rounds_policies import GreedyCatch, SustainableCatch
 from scripted_rounds import records
-from small_games import fishery
+from small_worlds import fishery
 
 
 def caught(world: World, *wishes: object) -> list[Record]:
@@ -186,17 +185,3 @@ def test_who_takes_all_ends_it_at_once_and_who_takes_the_sustainable_share_never
 def test_the_same_seed_gives_the_same_episode_and_chance_comes_of_the_seed():
     one, again, other = (records(fishery(talk=3), Random("r"), seed) for seed in (1, 1, 2))
     assert one == again and one != other
-
-
-@pytest.mark.parametrize(("changes", "told"), [
-    ({"sharing": "stocastic"}, "Did you mean 'stochastic'"), ({"stock": 2.5}, "from 1 to 10000; got 2.5"),
-    ({"collapse": 101}, "from 0 to 100"), ({"talk": -1}, "world.talk must"), ({"universalisation": "x"}, "or false"),
-    ({"stock": 0, "collapse": 0}, "from 1 to 10000; got 0"), ({"outsider": {"from": 0, "catch": 1}}, "from 1"),
-    ({"personas": "x"}, "world.personas must be"), ({"personas": {"a": {"b": "c"}}}, "world.personas.a"),
-    ({"outsider": {"from": 2}}, "such as {from: 4, catch: 30}"),
-    ({"outsider": {"from": 2, "catch": -1}}, "world.outsider.catch must"),
-])  # fmt: skip
-def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):
-    with pytest.raises(InputError) as error:
-        fishery(**changes)
-    assert told in str(error.value) and "\n" not in str(error.value)

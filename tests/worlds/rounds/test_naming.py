@@ -5,20 +5,18 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from foundry import seeding
 from foundry.conformance.playing import play
-from foundry.errors import InputError
 from foundry.records import Record
 from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves
 from foundry.worlds.rounds.rounds_policies import BestResponse, FocalName
 from scripted_rounds import records
-from small_games import naming as game
+from small_worlds import naming as game
 
 
 def answered(scenario: NamingGame, say: Callable[[Question], str], seed: int = 0) -> Sequence[Record]:
@@ -182,16 +180,3 @@ def test_whatever_is_answered_every_meeting_is_written_once(seed: int, said: lis
     while not world.finished:
         written += world.advance([Answer(said[place % len(said)]) for place, _ in enumerate(world.pending())])
     assert [one.number for one in meetings(written)] == list(range(1, 7))
-
-
-@pytest.mark.parametrize(("changes", "told"), [
-    ({"protocol": "speakers"}, "Did you mean 'speaker'"), ({"until": "agreement"}, "Available: consensus, null"),
-    ({"agents": 1}, "number from 2"), ({"memory": -1}, "from 0"), ({"names": ["a", "a"]}, "different texts"),
-    ({"names": None}, "null with world.protocol=speaker"), ({"established": "amo"}, "Did you mean 'ama'"),
-    ({"committed": 0.2}, "needs world.committed_name"), ({"committed": 2, "committed_name": "ama"}, "from 0 to 1"),
-    ({"committed": 0.99, "committed_name": "ama"}, "nobody is asked"), ({"names": "ama"}, "must be a list"),
-])  # fmt: skip
-def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):
-    with pytest.raises(InputError) as error:
-        game(**changes)
-    assert told in str(error.value) and "\n" not in str(error.value)

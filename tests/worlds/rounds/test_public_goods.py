@@ -1,20 +1,17 @@
 """Public goods: what a pot returns, what punishment costs, and that no token comes from nowhere."""
 
 import json
-import math
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundry.errors import InputError
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.public_goods import Giving, Pot
 from foundry.worlds.rounds.reading import deciding
-from foundry.worlds.rounds.rounds_policies import Conditional
-from small_games import goods, punished
+from small_worlds import goods, punished
 
 
 def payoffs(world: World, *texts: str) -> list[float | None]:
@@ -99,11 +96,3 @@ def test_tokens_come_from_the_multiplied_pot_and_go_to_punishment_alone(
 
 def world_lines(records: Any, kind: str) -> list[RoundStep]:
     return [one for one in records if isinstance(one, RoundStep) and one.kind == kind]
-
-
-def test_settings_that_make_no_game_and_a_slope_that_is_none_are_refused():
-    for name, value in {"tokens": 0, "multiplier": -1, "reset": "no", "cost": math.nan}.items():
-        with pytest.raises(InputError, match=f"world.{name} must be"):
-            punished(**{name: value})
-    with pytest.raises(InputError, match="model.slope must be"):
-        Conditional("c", slope=2, punishes=False)

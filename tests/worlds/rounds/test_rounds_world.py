@@ -3,15 +3,17 @@
 import asyncio
 import io
 import json
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
 from PIL import Image, ImageColor
 
-import small_games as games
+import small_worlds as games
 from foundry.composing.preflight import first_questions
 from foundry.conformance.playing import request_of
 from foundry.declared import Actions
@@ -24,6 +26,7 @@ from foundry.worlds.rounds import rounds_world
 from foundry.worlds.rounds.bar import Bar
 from foundry.worlds.rounds.fishery import Catch, Fishery, Stock
 from foundry.worlds.rounds.reading import deciding
+from foundry.worlds.rounds.rounds_policies import Conditional, Inductive, Tossing
 from foundry.worlds.rounds.rounds_world import Play
 from foundry.worlds.rounds.table import Table
 from scripted_rounds import records
@@ -204,10 +207,39 @@ def test_calls_are_counted_at_most_and_a_wordy_answer_decides_and_fills_what_is_
     assert world.pending()[0].kind == "talk" and len(said["message"]) > 400
 
 
-@pytest.mark.parametrize("changes", [{"agents": 0}, {"steps": 1.5}, {"agents": True}])
-def test_numbers_of_agents_and_steps_are_whole_and_positive(changes: dict[str, Any]):
-    with pytest.raises(InputError, match=f"world.{next(iter(changes))} must be a whole number from 1"):
-        bar(**changes)
+REFUSED: Sequence[tuple[Callable[..., object], dict[str, Any], str]] = [
+    (bar, {"agents": 0}, "world.agents must be a whole number from 1"), (bar, {"steps": 1.5}, "world.steps must"),
+    (bar, {"agents": True}, "world.agents must"), (bar, {"capacity": 1.2}, "must be a number from 0 to 1"),
+    (bar, {"capacity": "60 %"}, "world.capacity must"), (bar, {"fun": None}, "world.fun must be a number; got None"),
+    (bar, {"home": math.nan}, "world.home must"), (bar, {"reports": "explicite"}, "Did you mean 'explicit'"),
+    (fishery, {"sharing": "stocastic"}, "Did you mean 'stochastic'"), (fishery, {"stock": 2.5}, "from 1 to 10000"),
+    (fishery, {"collapse": 101}, "from 0 to 100"), (fishery, {"talk": -1}, "world.talk must"),
+    (fishery, {"universalisation": "x"}, "must be true or false"), (fishery, {"stock": 0, "collapse": 0}, "from 1 to"),
+    (fishery, {"outsider": {"from": 2}}, "a mapping such as {from: 4, catch: 30}"),
+    (fishery, {"outsider": {"from": 0, "catch": 1}}, "world.outsider.from must"),
+    (fishery, {"outsider": {"from": 2, "catch": -1}}, "world.outsider.catch must"),
+    (fishery, {"personas": "x"}, "world.personas must be"), (fishery, {"personas": {"a": {"b": "c"}}}, "personas.a "),
+    (games.naming, {"protocol": "speakers"}, "Did you mean 'speaker'"), (games.naming, {"agents": 1}, "number from 2"),
+    (games.naming, {"until": "agreement"}, "Available: consensus, null"), (games.naming, {"memory": -1}, "from 0"),
+    (games.naming, {"names": ["a", "a"]}, "different texts"), (games.naming, {"names": "ama"}, "must be a list"),
+    (games.naming, {"names": None}, "null with world.protocol=speaker"),
+    (games.naming, {"established": "amo"}, "Did you mean 'ama'"),
+    (games.naming, {"committed": 0.2}, "needs world.committed_name"),
+    (games.naming, {"committed": 2, "committed_name": "ama"}, "from 0 to 1"),
+    (games.naming, {"committed": 0.99, "committed_name": "ama"}, "nobody is asked"),
+    (games.punished, {"tokens": 0}, "world.tokens must"), (games.punished, {"multiplier": -1}, "world.multiplier must"),
+    (games.punished, {"reset": "no"}, "world.reset must"), (games.punished, {"cost": math.nan}, "world.cost must"),
+    (partial(Conditional, "c"), {"slope": 2, "punishes": False}, "model.slope must"),
+    (partial(Tossing, "t"), {"probability": 1.5}, "model.probability must"),
+    (partial(Inductive, "i"), {"predictors": 0}, "model.predictors must"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "changes", "told"), REFUSED)
+def test_a_setting_that_cannot_be_is_told_in_one_line(make: Callable[..., object], changes: dict[str, Any], told: str):
+    with pytest.raises(InputError) as error:
+        make(**changes)
+    assert told in str(error.value) and "\n" not in str(error.value)
 
 
 class Wrong(Bar):

@@ -1,7 +1,10 @@
-"""Small games: the usual settings of each, and functions that make one with changed settings."""
+"""Small games and a small grid: the usual settings of each, and functions that make one with changed settings."""
 
 from typing import Any
 
+from foundry.worlds.base import Answer, Question, Scenario
+from foundry.worlds.grid.grid_world import GridScenario
+from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.rounds.bar import Bar
 from foundry.worlds.rounds.fishery import Fishery
 from foundry.worlds.rounds.naming import NamingGame
@@ -19,6 +22,12 @@ NAMING: dict[str, Any] = {
     "equal": 100, "different": -50, "established": None, "committed": 0, "committed_name": None, "until": None,
 }  # fmt: skip
 GOODS: dict[str, Any] = {"name": "goods", "agents": 4, "steps": 3, "tokens": 20, "multiplier": 2, "reset": True}
+GRID: dict[str, Any] = {
+    "name": "small", "half_size": 9, "agents": 2, "steps": 3, "layout": Uniform(), "places": [],
+    "communication_distance": 20, "history": {"memory": 3, "messages": 3},
+}  # fmt: skip
+UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
+HELLO = '{"message": "Hello.", "reasoning": ""}'
 
 
 def bar(**changes: Any) -> Bar:
@@ -39,3 +48,17 @@ def goods(**changes: Any) -> PublicGoods:
 
 def punished(**changes: Any) -> PunishedGoods:
     return PunishedGoods(**(GOODS | {"cost": 1, "loss": 3} | changes))
+
+
+def grid(**changes: Any) -> GridScenario:
+    return GridScenario(**(GRID | changes))
+
+
+def greeted(scenario: Scenario, seed: int = 4) -> list[tuple[Question, str]]:
+    """Return the questions and answers of an episode in which agents say hello and go up."""
+    world, found = scenario.start(seed), list[tuple[Question, str]]()
+    while not world.finished:
+        pairs = [(one, HELLO if one.kind == "message" else UP) for one in world.pending()]
+        found += pairs
+        world.advance([Answer(text) for _, text in pairs])
+    return found
