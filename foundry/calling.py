@@ -45,7 +45,7 @@ def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:
         InputError: a part or a setting does not exist, or does not fit the others.
         SweepStopped: no further run can succeed, for example because the server is gone.
     """
-    return _Call().of(_arguments(overrides, config_dir))
+    return _play(_arguments(overrides, config_dir))
 
 
 def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
@@ -59,7 +59,7 @@ def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
         InputError: a part or a setting does not exist, or does not fit the others.
         SweepStopped: no further run can succeed, for example because the server is gone.
     """
-    return _Call().of(["-m", *_arguments(overrides, config_dir)])
+    return _play(["-m", *_arguments(overrides, config_dir)])
 
 
 def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[str]:
@@ -69,26 +69,22 @@ def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[
     return [*overrides, *([] if config_dir is None else ["--config-dir", str(config_dir)])]
 
 
-class _Call:
-    """A sweep from Python that can be stopped while it runs in another thread."""
+def _play(arguments: Sequence[str]) -> Ran:
+    jobs: list[SweepJob] = []
 
-    def __init__(self) -> None:
-        self._job: SweepJob | None = None
-
-    def of(self, arguments: Sequence[str]) -> Ran:
-        return off_the_loop(lambda: self._run(arguments), self.stop)
-
-    def stop(self) -> None:
-        if self._job is not None:
-            self._job.stop()
-
-    def _run(self, arguments: Sequence[str]) -> Ran:
+    def play() -> Ran:
         composed = compose(arguments)
         assert composed is not None, "Hydra itself only answers flags, which are refused"
         ready = checked(composed)
-        self._job = job_of(ready.create(), ready.settings, ready.infos)
-        ready.runner.run(self._job)
-        return _ran(self._job.folder, [*filter(None, [composed.left_out]), *ready.notes])
+        jobs.append(job_of(ready.create(), ready.settings, ready.infos))
+        ready.runner.run(jobs[0])
+        return _ran(jobs[0].folder, [*filter(None, [composed.left_out]), *ready.notes])
+
+    def stop() -> None:
+        for job in jobs:
+            job.stop()
+
+    return off_the_loop(play, stop)
 
 
 def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:

@@ -229,7 +229,6 @@ def _is_followed(rest: str, label: str) -> bool:
 
 
 def _among(shares: Shares) -> Shares:
-    """Return shares scaled to the sum 1; empty if all are 0."""
     total = math.fsum(shares.values())
     return {label: share / total for label, share in shares.items()} if total else {}
 

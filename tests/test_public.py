@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import foundry
-from foundry import own_code, paths
+from foundry import paths
 from foundry.calling import off_the_loop
 
 SMALL = ("world.agents=3", "world.steps=2", "runner.workers=1")
@@ -94,10 +94,6 @@ def test_a_foreign_package_in_the_way_is_told_in_one_line(tmp_path: Path):
         done.stdout.startswith("another package named 'analysis' hides foundry's own") and done.stdout.count("\n") == 1
     )
     assert str(tmp_path / "analysis") in done.stdout
-
-
-def test_ours_is_ours():
-    assert own_code.ours("analysis").__name__ == "analysis"
 
 
 def test_an_interrupt_stops_the_work_in_its_thread():

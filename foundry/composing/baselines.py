@@ -100,7 +100,6 @@ def _suited(stage: Stage) -> list[dict[str, Any]]:
 
 
 def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
-    """Return the configurations of the named baselines; each must be able to act in the world."""
     models = [_model(name) for name in names]
     for model in models:
         stage.check(build(model))

@@ -184,7 +184,6 @@ def _shipped_groups() -> set[str]:
 
 
 def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds of a named sweep that need a missing package, and a sentence on them."""
     if not any(arg.startswith("+sweep=") for arg in argv) or "world" in overridden(argv):
         return frozenset(), ""
     from foundry.composing.preflight import worlds_left_out
@@ -195,7 +194,6 @@ def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) 
 
 
 def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the configuration, or only some of its keys, with references resolved."""
     from omegaconf import OmegaConf
 
     return {
@@ -233,7 +231,6 @@ def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
-    """Return the keys of the overrides that have more than one value in the sweep."""
     values: dict[str, set[str]] = {}
     for condition in overrides:
         for override in condition:

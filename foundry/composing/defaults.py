@@ -90,7 +90,6 @@ def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _set(part: dict[str, Any], path: Sequence[str], value: Any) -> None:
-    """Set a value if the setting exists."""
     *outer, last = path
     for name in outer:
         part = part.get(name, {})

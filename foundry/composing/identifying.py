@@ -47,7 +47,6 @@ def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) ->
 def _measured(
     sweep: Sweep, infos: Mapping[str, ModelInfo], opened: Callable[[str], Answers | None], cache: str
 ) -> Iterator[tuple[Model, str, KnownWeights]]:
-    """Yield each model whose server reports no digest, with its digest and the weights known for its name."""
     configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
     measured = {key: info for key, info in infos.items() if any(one.measured for one in each_info(info))}
     answers = opened(cache) if measured else None

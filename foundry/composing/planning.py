@@ -139,8 +139,6 @@ def repeats(
 
 @dataclass(frozen=True)
 class _Parts:
-    """The parts that the runs of a condition share."""
-
     scenario: Scenario
     prompt: Prompt
     model: Model
@@ -182,7 +180,6 @@ def _planned(
 
 
 def _served(config: Mapping[str, Any], parts: _Parts) -> int:
-    """Return how many calls of a run go to a server, if all agents are asked equally often."""
     calls, agents = parts.scenario.count_calls(), len(parts.scenario.personas(config["seed"]))
     try:
         placed = in_run(parts.model, config, parts.scenario, ModelInfo(parts.model.name))

@@ -125,7 +125,6 @@ def _point(
     grid: Sequence[str] = (),
     seeds: Sequence[str] = (),
 ) -> Point:
-    """Compose one point: Hydra composes the choices of groups, and other settings are then set in a copy."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
@@ -234,7 +233,6 @@ def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]
 
 
 def _launch(config: Any, task: Callable[[Any], Any], jobs: Sequence[Sequence[str]]) -> Sequence[Any]:
-    """Let the launcher in a configuration call a function in a job for each list of overrides."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.plugins import Plugins
     from hydra.experimental.callback import Callback

@@ -39,7 +39,6 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
 
 
 def _schemas(model: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield the schemas of replies by kind of question: those of a model, or of each member of a population."""
     if model.get("format") == "schema":
         yield model.get("schemas") or {}
     for member in model.values():
@@ -69,8 +68,6 @@ def _is_read(reply: Mapping[str, Any], scenario: Scenario, question: Question) -
 
 @dataclass(frozen=True)
 class _Opened:
-    """The world of a condition, and its first question of every kind."""
-
     scenario: Scenario
     questions: tuple[Question, ...]
 
@@ -182,7 +179,6 @@ def missing_arms(sweep: Sweep) -> list[str]:
 
 
 def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
-    """Return one configuration for each world of a sweep, by the settings of the world."""
     return {settings_key(condition.config["world"]): condition.config for condition in sweep.conditions}
 
 

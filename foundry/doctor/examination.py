@@ -155,7 +155,6 @@ async def examine_model(
 
 
 def _said(error: Exception) -> str:
-    """Return an error as one line, with the class of the error unless it is one of foundry's."""
     kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
     return kind + one_line(error)
 
@@ -292,7 +291,6 @@ def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding
 
 
 def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
-    """Report problems with calls that would not stop a sweep."""
     if measured.repeated:
         counted = f"{measured.repeated} of {measured.calls} calls were answered only after they were repeated"
         yield Finding("tries", name, Status.WARNING, counted, "A sweep repeats such calls too, which takes time.")

@@ -95,12 +95,6 @@ def test_parts_at_any_depth_have_their_public_names_and_what_cannot_be_found_sta
         compose(["world._target_=3"])
 
 
-def test_names_of_now_and_of_then_are_one_for_identity():
-    for first, now in MOVED.items():
-        assert with_first_names({"a": [{"_target_": now}]}) == with_first_names({"a": [{"_target_": first}]})
-        assert present(first) == present(now) == now
-
-
 @pytest.mark.parametrize(
     ("recorded", "first"),
     [

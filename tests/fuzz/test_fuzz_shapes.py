@@ -1,10 +1,9 @@
 """A sweep whose settings have shapes that nothing writes is used, or refused in one line; never a traceback."""
 
-import copy
 import datetime
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,9 @@ import pytest
 import yaml
 
 from commands import foundry, succeeds
+from every_command import COMMANDS, words
 from foundry.storing.store import SweepFolder, to_yaml
+from json_parts import places, put
 
 SMALL = ("world.agents=2", "world.steps=3", "record.frames=2", "analyze=false")
 MIXES = "mix/scripted/herd@50%+scripted/stay@50%"
@@ -23,7 +24,7 @@ ODD: tuple[Any, ...] = (
     *({}, {"a": 1}, {1: 2}, {"_target_": "os.system"}, {"name": []}, datetime.date(2026, 1, 1), b"bytes"),
 )  # fmt: skip
 QUICK = ("status", "verify", "resume", "fork", "bundle", "view", "replay", "label", "diff")
-COMMANDS = (*QUICK, "analyze", "report")
+ALL = (*QUICK, "analyze", "report")
 
 
 @pytest.fixture(scope="module")
@@ -37,47 +38,6 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
-def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every part; nothing inside of prompts' texts and schemas, which only models read."""
-    yield path
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            if key not in ("schemas", "template"):
-                yield from places(inner, (*path, key))
-    elif isinstance(value, list):
-        for number, inner in enumerate(value):
-            yield from places(inner, (*path, number))
-
-
-def changed(content: Any, path: tuple[Any, ...], value: Any) -> Any:
-    """Return a copy with a part in another shape."""
-    if not path:
-        return value
-    content = copy.deepcopy(content)
-    parent = content
-    for key in path[:-1]:
-        parent = parent[key]
-    parent[path[-1]] = value
-    return content
-
-
-def commands(out: Path, run: str) -> dict[str, tuple[str, ...]]:
-    where = str(out / "runs" / run)
-    return {
-        "status": ("status", "out"),
-        "verify": ("verify", "out", "--workers", "1", "--frames"),
-        "resume": ("resume", "out"),
-        "analyze": ("analyze", "out"),
-        "fork": ("fork", where, "--at", "3", "analyze=false"),
-        "bundle": ("bundle", "out", "out.tar.zst"),
-        "report": ("report", "out"),
-        "view": ("view", "out", "--export", "page"),
-        "replay": ("replay", where, "--steps", "1"),
-        "label": ("label", "out", "--model", "scripted/stay"),
-        "diff": ("diff", where, where),
-    }
-
-
 def fuzz(sweep: Path, number: int, names: Sequence[str]) -> dict[str, int]:
     """Change one part after the other and run a command on it; returns how often each was refused."""
     run = sorted(one.name for one in (sweep / "runs").iterdir())[0]
@@ -86,7 +46,8 @@ def fuzz(sweep: Path, number: int, names: Sequence[str]) -> dict[str, int]:
         f"runs/{run}/run.json": msgspec.json.decode((sweep / "runs" / run / "run.json").read_bytes()),
         f"runs/{run}/config.yaml": yaml.safe_load((sweep / "runs" / run / "config.yaml").read_text()),
     }
-    known = {name: list(places(content)) for name, content in files.items()}
+    # Only models read the texts of prompts and schemas.
+    known = {name: list(places(content, skip=("schemas", "template"))) for name, content in files.items()}
     rng, refused = np.random.default_rng(5), dict.fromkeys(names, 0)
     for turn in range(number):
         name = "sweep.yaml" if turn % 4 else list(files)[1 + turn // 4 % 2]
@@ -94,13 +55,13 @@ def fuzz(sweep: Path, number: int, names: Sequence[str]) -> dict[str, int]:
         command = names[rng.integers(len(names))]
         with tempfile.TemporaryDirectory() as scratch:
             out = Path(shutil.copytree(sweep, Path(scratch) / "out"))
-            content = changed(files[name], path, value)
+            content = put(files[name], path, value)
             (out / name).write_text(to_text(name, content), encoding="utf-8")
             if turn % 3 == 0:
                 (out / "runs" / run / "run.json").unlink()
             case = f"{command}: {name} {path} = {value!r}"
             try:
-                done = foundry(*commands(out, run)[command], cwd=Path(scratch))
+                done = foundry(*words(COMMANDS[command], out / "runs" / run), cwd=Path(scratch))
             except Exception as error:
                 raise AssertionError(case) from error
         assert done.returncode in (0, 2, 3), f"{case}: {done.returncode} {done.stderr}"
@@ -123,7 +84,7 @@ AT_LENGTH = (pytest.mark.exhaustive, pytest.mark.timeout(3600))
     ("number", "names"),
     [
         pytest.param(20, QUICK, marks=pytest.mark.slow, id="a few"),
-        pytest.param(1_500, COMMANDS, marks=AT_LENGTH, id="at length"),
+        pytest.param(1_500, ALL, marks=AT_LENGTH, id="at length"),
     ],
 )
 def test_settings_of_odd_shapes_are_used_or_refused_in_one_line(number: int, names: Sequence[str], sweep: Path):

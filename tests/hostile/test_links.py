@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from commands import refusal, statuses, succeeds
+from every_command import COMMANDS, words
 from foundry.errors import RecordError
 from foundry.storing.store import SweepFolder, sweeps_in
 
@@ -46,34 +47,20 @@ def put(place: Path, make: Callable[[Path], object]) -> None:
     make(place)
 
 
-COMMANDS = {
-    "status": "status out",
-    "verify": "verify out --workers 1",
-    "diff": "diff RUN RUN",
-    "fork": "fork RUN --at 2 analyze=false output.dir=forked",
-    "bundle": "bundle out out.tar.zst",
-    "analyze": "analyze out",
-    "report": "report out",
-    "view": "view out --export page",
-    "replay": "replay RUN --steps 1",
-    "label": "label out --model scripted/stay",
-    "probe": "probe out moments=1 repeats=1 model=scripted/stay output.dir=again",
-    "resume": "resume out",
+ALL = {
+    **COMMANDS,
     "plan": "plan model=scripted/herd output.dir=out",
     "power": "plan --pilot out",
     "replayed": f"model=replay/out {' '.join(SMALL)} output.dir=again",
 }
-"""Every command that reads a sweep's folder; RUN stands for the folder of its run."""
-READERS = [one for one in COMMANDS if one not in ("resume", "plan", "power", "replayed")]
+READERS = [name for name in COMMANDS if name != "resume"]
 """Commands that read all that was recorded; `resume` begins anew the runs that have not ended."""
 
 
 def check_refused(names: Iterable[str], sweep: Path) -> None:
     """Run commands and check that each says what is refused, and that nothing else was read or written."""
     for name in names:
-        assert "is refused: it is a" in refusal(
-            *COMMANDS[name].replace("RUN", str(run_folder(sweep))).split(), cwd=sweep.parent
-        )
+        assert "is refused: it is a" in refusal(*words(ALL[name], run_folder(sweep)), cwd=sweep.parent)
         check_untouched(sweep.parent / "elsewhere")
         assert not any((sweep.parent / made).exists() for made in ("out.tar.zst", "forked", "again"))
 
@@ -87,7 +74,7 @@ def test_a_run_that_is_a_link_is_refused_by_every_command(sweep: Path):
     run = run_folder(sweep)
     run.rename(sweep.parent / "moved")
     run.symlink_to(sweep.parent / "moved")
-    check_refused(COMMANDS, sweep)
+    check_refused(ALL, sweep)
 
 
 FILES = ("messages.jsonl", "calls.jsonl.zst", "config.yaml", "run.json", "frames")

@@ -1,7 +1,6 @@
 """Servers that say anything at all: every reply is a valid one, or an error with a name."""
 
 import asyncio
-import copy
 import gzip
 import json
 import logging
@@ -23,6 +22,7 @@ from foundry.models.http.pausing import seconds_to_wait, wait_asked
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
 from foundry.models.ollama import ollama_server, ollama_wire
 from foundry.models.openai import openai_server, openai_wire
+from json_parts import places, put
 from local_server import LocalServer
 from models.asking import ask, ask_openai, make_model, make_openai, make_request, run
 from ollama_server import OllamaServer
@@ -64,22 +64,6 @@ json_values = st.recursive(
     lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.text(max_size=3), inner, max_size=2),
     max_leaves=4,
 )
-
-
-def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    yield path
-    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, one in inner:
-        yield from places(one, (*path, key))
-
-
-def put(value: Any, path: tuple[Any, ...], new: Any) -> Any:
-    """The value with something else in one place."""
-    if not path:
-        return new
-    copied = copy.copy(value)
-    copied[path[0]] = put(value[path[0]], path[1:], new)
-    return copied
 
 
 @st.composite

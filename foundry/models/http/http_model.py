@@ -25,7 +25,6 @@ class HttpModel(ServedModel):
     settings: Any
 
     def _reach(self, hosts: tuple[str, ...], ways_on: str, headers: Mapping[str, str] | None = None) -> None:
-        """Set the servers by their base URLs, without opening a connection."""
         self._pool = HostPool(hosts)
         self._pauses = {host: Pause(self.server.longest_pause_s) for host in hosts}
         self._transport = Transport(self.server, ways_on, headers)

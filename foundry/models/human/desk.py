@@ -141,7 +141,6 @@ class Desk:
 
 
 def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None:
-    """Give a question its answer, unless nobody waits for it any more."""
     if future.done():
         return
     if isinstance(outcome, Reply):

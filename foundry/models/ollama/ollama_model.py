@@ -169,7 +169,6 @@ class OllamaModel(HttpModel):
         return name_in((await self._object(host, "GET", "/api/version")).get("version")) or ""
 
     async def _object(self, host: str, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Return what a server says about itself or a model, without a call of the model."""
         content, origin = None if body is None else msgspec.json.encode(body), self._origin(host)
         return ollama_wire.read_object(await self._send(origin, method, path, LOOK_UP_S, content), origin)
 
@@ -179,7 +178,6 @@ class OllamaModel(HttpModel):
     async def _send(
         self, origin: Origin, method: str, path: str, read_timeout_s: float, content: bytes | None = None
     ) -> bytes:
-        """Return the body of a response with status 200, or raise the error for any other status."""
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause, wait_s = self._pauses[origin.host], wait_asked(response.headers)
         pause.note(wait_s, origin)

@@ -135,7 +135,6 @@ def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
 
 
 def _sees(row: Mapping[str, Any]) -> bool | None:
-    """Return whether the model has vision, or None if its row does not say."""
     architecture, capabilities = row.get("architecture"), row.get("capabilities")
     if isinstance(architecture, dict) and isinstance(architecture.get("input_modalities"), list):
         return "image" in architecture["input_modalities"]

@@ -88,7 +88,6 @@ def _by_status(line: str, status: int, wait_s: float | None) -> BackendError:
 
 
 def _field(content: bytes, name: str) -> str:
-    """Return a field of the error object as text; empty if it is missing."""
     body = decoded(content)
     error = body.get("error", body) if isinstance(body, dict) else None
     value = error.get(name) if isinstance(error, dict) else None

@@ -267,7 +267,6 @@ class Climb:
             self._rest_at(self._home, sums, 0)
 
     def _take(self, found: Measured, gain: float, sums: Sums) -> None:
-        """Keep the tried limit, and try the next limit in this direction."""
         far = gain > LINEAR if self._up else gain < FLAT
         wider = max(self._step, min(LARGEST_STEP, self._step**2))
         self._step = wider if far else max(SMALLEST_STEP, math.sqrt(self._step))
@@ -303,7 +302,6 @@ class Climb:
         self._go_to(min(self._most, round(self._home * self._step)), sums)
 
     def _fall(self, limit: int, sums: Sums) -> None:
-        """Lower the limit at once, and then let it grow slowly."""
         self._step, self._up, self._failures, self._climbing = math.sqrt(LARGEST_STEP), True, 0, False
         self._rest_at(max(self._least, limit), sums, _long_rest(limit))
 
