@@ -1,4 +1,4 @@
-"""Cost of `foundry analyze` for many runs, and of `foundry report`, beside reading and measuring the runs alone."""
+"""Measures the cost of `foundry analyze` and `foundry report` for many runs; baseline: reading and measuring alone."""
 
 import os
 import shutil
@@ -40,20 +40,20 @@ ALONE = 40
 PLAYED_SEEDS = 8
 POLL_S = 0.05
 AT_MOST_S = 30.0
-"""For 1,000 runs on two cores that have nothing else to do."""
+"""Target for 1,000 runs on two cores without other work."""
 REPORTED, REPORTED_SEEDS, TURNS = ("random", "seek", "herd", "avoid", "echo"), 10, 3
 ANALYZED_CPU_S, REPORTED_CPU_S = 4.0, 6.0
 
 
 @dataclass(frozen=True)
 class Used:
-    """What a command and its workers took.
+    """Resources that a command and its workers used.
 
     Attributes:
-        wall_s: seconds.
-        cpu_s: seconds of CPU of all its processes, as far as seen before they ended.
-        parent_mb: most memory of the command itself.
-        worker_mb: most memory of any of its workers.
+        wall_s: wall-clock time, seconds.
+        cpu_s: CPU time of all processes of the command, seconds; the last part before a process ends may be missing.
+        parent_mb: greatest memory use of the command itself.
+        worker_mb: greatest memory use of a worker.
     """
 
     wall_s: float
@@ -63,7 +63,7 @@ class Used:
 
 
 class Watch:
-    """Looks at a process and those that it started, until it ends."""
+    """Measures a process and the processes that it started, until it ends."""
 
     def __init__(self, pid: int) -> None:
         self._pid = pid
@@ -71,7 +71,7 @@ class Watch:
         self._cpu: dict[int, float] = {}
 
     def look(self) -> None:
-        """Note what every process has used so far; one that just ended keeps what was noted before."""
+        """Record the CPU time of every process so far; a process that has ended keeps its last value."""
         parents = {int(path.name): _parent(path) for path in Path("/proc").iterdir() if path.name.isdigit()}
         for pid in parents:
             if self._descends(pid, parents):
@@ -94,7 +94,7 @@ class Watch:
             self._cpu[pid] = (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
     def used(self, wall_s: float) -> Used:
-        """Return what was seen."""
+        """Return the measured resources."""
         workers = [mb for pid, mb in self._memory.items() if pid != self._pid]
         return Used(wall_s, sum(self._cpu.values()), self._memory[self._pid], max(workers, default=0.0))
 
@@ -128,7 +128,7 @@ def _look_until(watch: Watch, over: threading.Event) -> None:
 
 
 def played(folder: Path, models: tuple[str, ...], seeds: int = PLAYED_SEEDS) -> dict[str, list[RunFolder]]:
-    """Play runs of 20 agents and 50 steps; return them by model."""
+    """Play runs of 20 agents and 50 steps, and return the runs of each model."""
     names = ",".join(f"scripted/{model}" for model in models)
     swept = run_sweep(folder, f"model={names}", f"seed=0-{seeds - 1}", "runner.workers=1")
     found: dict[str, list[RunFolder]] = defaultdict(list)
@@ -138,7 +138,7 @@ def played(folder: Path, models: tuple[str, ...], seeds: int = PLAYED_SEEDS) -> 
 
 
 def create(folder: Path, models: tuple[str, ...], seeds: int) -> SweepFolder:
-    """Create a sweep that has not begun."""
+    """Create a sweep without played runs."""
     names = ",".join(f"scripted/{model}" for model in models)
     composed = compose(["-m", f"model={names}", f"seed=0-{seeds - 1}", f"output.dir={folder}"])
     assert composed is not None
@@ -146,7 +146,7 @@ def create(folder: Path, models: tuple[str, ...], seeds: int) -> SweepFolder:
 
 
 def fill(sweep: SweepFolder, sources: dict[str, list[RunFolder]], runs: int) -> None:
-    """Give that many runs that have none the files of a played one of the same model, summary aside."""
+    """Give a number of runs without files the files of a played run of the same model, except for the summary."""
     empty = [run for run in sweep.runs() if not run.ended][:runs]
     for number, run in enumerate(empty):
         mine = sources[run.config()["model"]["name"]]
@@ -154,7 +154,7 @@ def fill(sweep: SweepFolder, sources: dict[str, list[RunFolder]], runs: int) -> 
 
 
 def link(source: RunFolder, run: RunFolder) -> None:
-    """Give a run the files of another one."""
+    """Give a run the files of another run."""
     run.path.mkdir(parents=True)
     for file in source.path.iterdir():
         if file.name != "run.json":
@@ -165,7 +165,7 @@ def link(source: RunFolder, run: RunFolder) -> None:
 
 
 def alone_s(runs: Sequence[RunFolder]) -> float:
-    """Return the CPU of reading and measuring one run, mean of several, nothing else done."""
+    """Return the CPU time to read and measure one run, as the mean over several runs."""
 
     def measure(run: RunFolder) -> None:
         records = read_records(run, run.summary())
@@ -179,7 +179,7 @@ def alone_s(runs: Sequence[RunFolder]) -> float:
 
 
 def measured(folder: Path, size: int, bare_s: float, sources: dict[str, list[RunFolder]]) -> list[list[str]]:
-    """Analyse a sweep of that many runs, again, and once more with a few new runs."""
+    """Analyse a sweep of this many runs, then analyse it again, and once more after a few new runs."""
     sweep = create(folder, MODELS, (size + NEW) // len(MODELS))
     fill(sweep, sources, size)
     first, again = analyze(folder), analyze(folder)
@@ -189,7 +189,7 @@ def measured(folder: Path, size: int, bare_s: float, sources: dict[str, list[Run
 
 
 def reported(folder: Path, bare_s: float) -> list[list[str]]:
-    """Analyse five models over ten seeds as if for the first time, and write the report after that."""
+    """Analyse five models over ten seeds without stored measures, and then write the report."""
     runs = sum(map(len, played(folder, REPORTED, REPORTED_SEEDS).values()))
     sweep, costs = SweepFolder.open(folder), []
     for _ in range(TURNS):
@@ -221,9 +221,9 @@ def main() -> None:
     most = most_runs(__doc__)
     print_title(
         "Analysis",
-        "`foundry analyze` as a command, start-up included, over runs of 20 agents and 50 steps of",
-        f"{len(MODELS)} scripted models. CPU is that of all processes. The ratio is to the CPU of reading and",
-        f"measuring as many runs one after another, from {ALONE} of them.",
+        "`foundry analyze` as a command, with its start, over runs of 20 agents and 50 steps of",
+        f"{len(MODELS)} scripted models. CPU is the CPU time of all processes. The ratio is to the CPU time",
+        f"to read and measure the same number of runs one after another, estimated from {ALONE} runs.",
     )
     with scratch() as folder:
         sources = played(folder / "played", MODELS)

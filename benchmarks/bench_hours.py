@@ -1,4 +1,4 @@
-"""Hours told before a sweep against hours taken, on five servers of known abilities, scaled to seconds."""
+"""Compares the hours that a plan prints with the hours that the sweep takes, on five simulated servers, in seconds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CALLS_PER_RUN = 2 * AGENTS * STEPS
 
 @dataclass(frozen=True)
 class Kind:
-    """A server by the settings of `slots_server.py`, and the runs of a sweep against it."""
+    """A simulated server (settings of `slots_server.py`), and the runs of a sweep that calls it."""
 
     name: str
     settings: str
@@ -38,7 +38,7 @@ def asked(kind: Kind, to: Server) -> list[str]:
 
 
 def told_s(kind: Kind, folder: Path) -> float:
-    """Return the seconds that a plan tells after its few calls to a fresh server."""
+    """Return the seconds that a plan prints after its few calls to a new server."""
     with serving("slots_server.py", *kind.settings.split()) as to:
         command = [sys.executable, "-m", "foundry", "plan", "--time", "--json", "-m", *asked(kind, to)]
         done = subprocess.run(command, cwd=folder, check=True, capture_output=True)
@@ -48,7 +48,7 @@ def told_s(kind: Kind, folder: Path) -> float:
 
 
 def taken_s(kind: Kind, folder: Path) -> float:
-    """Return the seconds that the sweep takes, on a fresh server, with an empty cache and foundry's own limit."""
+    """Return the seconds that the sweep takes on a new server, with an empty cache and foundry's own limit."""
     with serving("slots_server.py", *kind.settings.split()) as to:
         return run_sweep(folder / "sweep", *asked(kind, to)).running.wall_s
 
@@ -56,7 +56,7 @@ def taken_s(kind: Kind, folder: Path) -> float:
 def main() -> None:
     print_title(
         "Hours told",
-        f"`foundry plan --time`, then the sweep: runs of {CALLS_PER_RUN} calls, on a fresh server each. The servers",
+        f"`foundry plan --time`, then the sweep: runs of {CALLS_PER_RUN} calls, each on a new server. The servers",
         "speak Ollama's API and run in processes of their own on this machine.",
     )
     rows = []

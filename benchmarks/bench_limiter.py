@@ -1,10 +1,10 @@
-"""How near the limit that foundry finds itself comes to fixed limits, on real servers of llama.cpp.
+"""Compares the limit on calls that foundry finds itself with fixed limits, on real servers of llama.cpp.
 
     python benchmarks/bench_limiter.py [--slots 1,4,8] [--minutes 10] [--block 20]
 
-Four runs of twenty agents ask at once, as a sweep does. The limits take turns in short blocks, so that a machine that
-becomes slower favours none. foundry's own limit continues where its last block ended. FOUNDRY_LLAMA_PYTHON names a
-Python with the packages xllamacpp, gguf and tokenizers, where this one does not have them.
+Four runs of twenty agents send calls at the same time, as in a sweep. The limits take turns in short blocks, so that a
+machine that becomes slower favours no limit. foundry's own limit continues where its last block ended.
+FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and tokenizers, if this Python does not have them.
 """
 
 import argparse
@@ -32,21 +32,21 @@ from foundry.running.build import build
 
 PYTHON = os.environ.get("FOUNDRY_LLAMA_PYTHON", sys.executable)
 AT_ONCE = 80
-"""Questions that four runs of twenty agents ask at once."""
+"""Number of questions that four runs of twenty agents ask at the same time."""
 CONTEXT = 2048
 LONGEST_REPLY = 200
 STOP = "z"
-"""Ends a reply of the random model, so that their lengths differ."""
+"""Text that ends a reply of the random model, so that the replies have different lengths."""
 SETTLED_S = 2.0
 """Seconds of a block before its measurement begins."""
 
 
 @dataclass
 class Contender:
-    """A limit that takes turns with others.
+    """A limit that takes turns with other limits.
 
     Attributes:
-        bounds: of the limit; equal ones make it a fixed limit.
+        bounds: lowest and highest limit; they are equal for a fixed limit.
         per_s: tokens per second in each block.
         limits: calls allowed in flight at the end of each block.
     """
@@ -65,7 +65,7 @@ class Contender:
         return max(0.0, time.perf_counter() - self._began)
 
     async def take_turn(self, bare: Model, numbers: Iterator[int], seconds: float) -> None:
-        """Ask for a block of time, and note the throughput."""
+        """Send calls during a block, and record the throughput."""
         retried = RetriedModel(bare, serving_of(bare).retry, noted=self._limit.note_failure)
         model, tokens = LimitedModel(retried, self._limit), 0
 
@@ -90,7 +90,7 @@ class Contender:
 
 
 def model_at(url: str) -> Model:
-    """Return the model of a server with the shipped settings, but for shorter replies."""
+    """Return the model of a server with the shipped settings, but with shorter replies."""
     composed = compose(
         [
             "model=openai/tiny",
@@ -106,14 +106,14 @@ def model_at(url: str) -> Model:
 
 
 def request(number: int) -> Request:
-    """Return a call that no prompt cache knows."""
+    """Return a call that is not in any prompt cache."""
     text = f"You are agent {number}. " + "A fire is near, people walk north. " * 5
     return Request((ChatMessage("user", text),), number, "action", {}, 1, number, key=str(number))
 
 
 @contextlib.contextmanager
 def serving(slots: int, threads: int, width: int) -> Iterator[str]:
-    """Run a server with a model of random weights, off the client's core; yields its base URL."""
+    """Run a server with a model of random weights on another core than the client, and yield its base URL."""
     with socket.socket() as free, scratch(in_memory=True) as folder:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
@@ -136,7 +136,7 @@ def serving(slots: int, threads: int, width: int) -> Iterator[str]:
 
 
 async def compete(url: str, slots: int, seconds: float, block_s: float) -> tuple[Contender, dict[int, Contender]]:
-    """Let foundry's limit and fixed ones take turns for so long; each has every place in the order equally often."""
+    """Let foundry's limit and fixed limits take turns; each limit has every place in the order equally often."""
     model = model_at(url)
     info = await model.inspect()
     assert info.slots == slots
@@ -152,12 +152,12 @@ async def compete(url: str, slots: int, seconds: float, block_s: float) -> tuple
 
 
 def tried(slots: int) -> list[int]:
-    """Return the fixed limits to compare with."""
+    """Return the fixed limits for the comparison."""
     return [slots, slots + 1, math.ceil(1.25 * slots) + 1]
 
 
 def ratio(own: Contender, fixed: Contender) -> str:
-    """Return foundry's throughput over that of a fixed limit, with its standard error over the rounds."""
+    """Return foundry's throughput divided by that of a fixed limit, and the standard error over the rounds."""
     logs = [math.log(one / other) for one, other in zip(own.per_s, fixed.per_s, strict=True)]
     mean = math.exp(statistics.fmean(logs))
     return f"{mean:.3f} ± {mean * statistics.stdev(logs) / math.sqrt(len(logs)):.3f}"
@@ -177,7 +177,7 @@ def main() -> None:
     print_title(
         "The limit that foundry finds, on real servers of llama.cpp",
         f"A random model of width {asked.width}; limits take turns in blocks of {asked.block:g} s. Foundry's tokens",
-        "per second over those of a fixed limit in the same round: geometric mean and standard error.",
+        "per second, divided by those of a fixed limit in the same round: geometric mean and standard error.",
     )
     rows: list[Sequence[str]] = []
     numbers = [int(number) for number in asked.slots.split(",")]

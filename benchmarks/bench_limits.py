@@ -1,4 +1,4 @@
-"""How near foundry, which is told no limit, comes to the best fixed limit, on models of many kinds of servers."""
+"""Compares the limit on calls that foundry finds itself with the best fixed limit, on many simulated servers."""
 
 import argparse
 import asyncio
@@ -14,11 +14,11 @@ from measuring import Server, at_least, at_most, print_table, print_title, run_s
 AGENTS, STEPS = 20, 2
 CALLS_PER_RUN = 2 * AGENTS * STEPS
 LEAST_WINDOW = 40
-"""Calls over which a throughput is taken, at least."""
+"""Minimum number of calls over which a throughput is measured."""
 AS_GOOD = 0.98
 """The best limit is the smallest one with this share of the largest throughput that was seen."""
 TAIL = 0.9
-"""Share of the calls that is looked at: at the end of a sweep too few calls are left to keep a server busy."""
+"""Share of the calls that is measured; at the end of a sweep, too few calls are left to keep a server busy."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class Kind:
     """A kind of server.
 
     Attributes:
-        name: what to call it.
-        settings: of `slots_server.py`.
-        tried: fixed limits, the best of which is the baseline.
-        calls: calls with the limit left to foundry.
-        within: calls within which 80 % of the best throughput are asked for.
-        speaks: the API.
+        name: name in the table.
+        settings: settings of `slots_server.py`.
+        tried: fixed limits; the best one is the baseline.
+        calls: number of calls of the sweep in which foundry finds the limit.
+        within: number of calls after which foundry must reach 80 % of the best throughput.
+        speaks: API of the server.
     """
 
     name: str
@@ -77,19 +77,19 @@ KINDS = (
     Kind("4 slots, then 16", "--slots=4 --mean=0.2 --then-slots=16 --then-after=1000", (), 4_000, 300, "openai"),
 )
 CHANGED = {"16 slots, then 4": (2_000, (16, 18), (4, 5)), "4 slots, then 16": (1_000, (4, 5), (16, 18))}
-"""After how many calls a server changes, and the limits that are tried before and after."""
+"""Number of calls after which a server changes, and the fixed limits for the time before and after."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a server saw.
+    """Calls that a server measured.
 
     Attributes:
-        ends: when each call ended, seconds, shape (calls,).
-        in_flight: calls in flight then, shape (calls,).
-        queued: calls in the server's queue then, shape (calls,).
-        work: the work of each call over its mean, shape (calls,).
-        refused: how many calls it refused.
+        ends: time at which each call ended, seconds, shape (calls,).
+        in_flight: calls in flight at these times, shape (calls,).
+        queued: calls in the server's queue at these times, shape (calls,).
+        work: work of each call, divided by the mean, shape (calls,).
+        refused: number of refused calls.
     """
 
     ends: np.ndarray
@@ -99,19 +99,19 @@ class Seen:
     refused: int
 
     def per_s(self, start: float = 0.0) -> float:
-        """Return calls of average length per second, from a share of the calls on."""
+        """Return the calls of average length per second, after the given share of the calls."""
         first, last = int(start * len(self.ends)), int(TAIL * len(self.ends)) - 1
         return float(self.work[first + 1 : last + 1].sum() / (self.ends[last] - self.ends[first]))
 
     def calls_until(self, per_s: float, window: int) -> int | None:
-        """Return after how many calls so many others came at this pace, or None."""
+        """Return the number of calls after which a given number of calls came at this pace; None if they never did."""
         done = np.cumsum(self.work)
         paces = (done[window:] - done[:-window]) / (self.ends[window:] - self.ends[:-window])
         reached = np.flatnonzero(paces >= per_s)
         return int(reached[0]) + window if len(reached) else None
 
     def long_run(self) -> float:
-        """Return the calls in flight in the second half, on average over time."""
+        """Return the mean number of calls in flight over the time of the second half."""
         first, last = len(self.ends) // 2, int(TAIL * len(self.ends))
         passed = np.diff(self.ends[first:last])
         return float(np.sum(passed * self.in_flight[first + 1 : last]) / np.sum(passed))
@@ -125,7 +125,7 @@ async def _seen(url: str, mean_s: float) -> Seen:
 
 
 def asked(kind: Kind, calls: int, limit: int | None, workers: int | None, settings: str | None = None) -> Seen:
-    """Run a sweep against a fresh server, with a fixed limit or none, and return what the server saw."""
+    """Run a sweep on a new server, with a fixed limit or without, and return the calls that the server measured."""
     with (
         serving("slots_server.py", f"--speaks={kind.speaks}", *(settings or kind.settings).split()) as to,
         scratch(in_memory=True) as folder,
@@ -151,7 +151,7 @@ def _reached(kind: Kind, to: Server) -> list[str]:
 
 
 def best_of(kind: Kind, tried: Sequence[int], settings: str | None = None) -> tuple[int, float]:
-    """Return the best fixed limit, of one worker, and its calls per second."""
+    """Return the best fixed limit for one worker, and its calls per second."""
     rates = {limit: asked(kind, kind.calls // 3, limit, 1, settings).per_s(0.2) for limit in tried}
     top = max(rates.values())
     return min(limit for limit, rate in rates.items() if rate >= AS_GOOD * top), top
@@ -159,15 +159,15 @@ def best_of(kind: Kind, tried: Sequence[int], settings: str | None = None) -> tu
 
 @dataclass(frozen=True)
 class Result:
-    """How well foundry did on one kind of server.
+    """Result of foundry on one kind of server.
 
     Attributes:
         best: the best fixed limit, and its calls per second.
-        share: throughput from the first call on, as a share of that.
-        later: the same in the second half.
-        reached: calls until 80 % of it; None where it was never reached.
-        in_flight: calls in flight in the long run.
-        queued: most calls in the server's queue.
+        share: throughput from the first call on, divided by the throughput with the best fixed limit.
+        later: the same share in the second half of the sweep.
+        reached: number of calls until the share is 80 %; None if it never is.
+        in_flight: mean number of calls in flight in the second half.
+        queued: greatest number of calls in the server's queue.
         refused: calls that the server refused.
     """
 
@@ -190,7 +190,7 @@ def measure(kind: Kind, workers: int | None) -> Result:
 
 
 def measure_changed(kind: Kind, seen: Seen) -> Result:
-    """Measure a server that changes: its baseline takes the best limit before and the best one after."""
+    """Measure a server that changes; the baseline uses the best limit before the change and the best limit after it."""
     after, *limits = CHANGED[kind.name]
     slots = [limits[0][0], limits[1][0]]
     halves = [best_of(kind, tried, f"--slots={n} --mean=0.2") for n, tried in zip(slots, limits, strict=True)]
@@ -238,15 +238,15 @@ def targets(kind: Kind, found: Result) -> list[Sequence[str]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", help="kinds whose name holds this")
-    parser.add_argument("--workers", type=int, default=None, help="worker processes (default: as foundry's)")
+    parser.add_argument("--only", default="", help="only kinds of servers whose name contains this text")
+    parser.add_argument("--workers", type=int, default=None, help="worker processes (default: as for foundry)")
     chosen = parser.parse_args()
     print_title(
         "Limits",
-        f"Sweeps of {AGENTS} agents, {STEPS} steps against servers of known abilities, each in a process of its own.",
-        "Foundry is told nothing of them; the baseline is foundry with the best fixed limit, on one worker. The best",
-        f"limit is the smallest with {100 * AS_GOOD:.0f} % of the largest throughput. Measured by the server. After a",
-        "change of the server, calls until 80 % count from the change, and the baseline knows of it.",
+        f"Sweeps of {AGENTS} agents, {STEPS} steps on simulated servers, each in its own process.",
+        "foundry does not know their settings; the baseline is foundry with the best fixed limit, one worker. The best",
+        f"limit is the smallest with {100 * AS_GOOD:.0f} % of the largest throughput. The server measures. After a",
+        "change of the server, calls until 80 % count from the change, and the baseline uses the best limit for it.",
     )
     rows: list[Sequence[str]] = []
     met: list[Sequence[str]] = []

@@ -1,4 +1,4 @@
-"""Calls per second and client CPU per live call, all in, beside bare HTTP clients that post the same bodies."""
+"""Measures live calls per second and client CPU per call; baseline: bare HTTP clients that post the same bodies."""
 
 import asyncio
 import time
@@ -32,12 +32,12 @@ Post = Callable[[bytes], Awaitable[None]]
 
 @dataclass(frozen=True)
 class Load:
-    """How much is asked of every client; twenty agents make forty calls a step.
+    """Size of the measurement for every client; twenty agents make forty calls per step.
 
     Attributes:
-        httpx_calls: calls of bare httpx, few where it is slow.
-        aiohttp_calls: calls of bare aiohttp.
-        repeats: how often foundry and aiohttp are measured.
+        httpx_calls: number of calls of bare httpx; small if httpx is slow.
+        aiohttp_calls: number of calls of bare aiohttp.
+        repeats: number of measurements of foundry and of aiohttp.
     """
 
     latency_ms: int
@@ -58,11 +58,11 @@ WARM_UP = Load(latency_ms=0, in_flight=32, runs=1, steps=1, httpx_calls=0, aioht
 
 @dataclass(frozen=True)
 class Sample:
-    """What one client did.
+    """Result of one client.
 
     Attributes:
-        in_flight_s: sum of the calls' times in flight, seconds.
-        server_cpu_s: CPU that the server used meanwhile, seconds.
+        in_flight_s: sum over the calls of the time in flight, seconds.
+        server_cpu_s: CPU time of the server during the measurement, seconds.
     """
 
     calls: int
@@ -82,7 +82,7 @@ class Sample:
 
 
 def foundry_sample(to: Server, load: Load, folder: Path) -> tuple[Sample, Swept]:
-    """Run a sweep with an empty cache: prompts, keys, limit, retry, cache, log, records and parsing included."""
+    """Run a whole sweep with an empty cache: prompts, keys, limit, retry, cache, log, records and parsing."""
     limit = load.in_flight
     before = to.cpu_s()
     swept = run_sweep(
@@ -102,7 +102,7 @@ def foundry_sample(to: Server, load: Load, folder: Path) -> tuple[Sample, Swept]
 
 
 def logged_calls(folder: SweepFolder) -> Iterable[Call]:
-    """Yield every call of a sweep."""
+    """Yield all calls of a sweep."""
     return (call for run in folder.runs() for call in run.calls())
 
 
@@ -122,7 +122,7 @@ def bodies_of(swept: Swept) -> list[bytes]:
 
 
 async def httpx_sample(to: Server, bodies: Sequence[bytes], in_flight: int) -> Sample:
-    """Post the bodies with one `httpx.AsyncClient`; replies are read, not parsed."""
+    """Post the bodies with one `httpx.AsyncClient`; it reads the replies and does not parse them."""
     limits = httpx.Limits(max_connections=in_flight, max_keepalive_connections=in_flight)
     async with httpx.AsyncClient(limits=limits, timeout=600, trust_env=False, headers=JSON) as client:
 
@@ -133,7 +133,7 @@ async def httpx_sample(to: Server, bodies: Sequence[bytes], in_flight: int) -> S
 
 
 async def aiohttp_sample(to: Server, bodies: Sequence[bytes], in_flight: int) -> Sample:
-    """Post the bodies with one `aiohttp.ClientSession`; replies are read, not parsed."""
+    """Post the bodies with one `aiohttp.ClientSession`; it reads the replies and does not parse them."""
     connector = aiohttp.TCPConnector(limit=in_flight)
     async with aiohttp.ClientSession(connector=connector, headers=JSON, raise_for_status=True) as session:
 
@@ -145,7 +145,7 @@ async def aiohttp_sample(to: Server, bodies: Sequence[bytes], in_flight: int) ->
 
 
 async def posted(to: Server, post: Post, bodies: Sequence[bytes], in_flight: int) -> Sample:
-    """Post the bodies, so many at once."""
+    """Post the bodies, with a fixed number of calls in flight."""
     waiting = iter(bodies)
     latencies: list[float] = []
 
@@ -167,7 +167,7 @@ def fastest(samples: Sequence[Sample]) -> Sample:
 
 
 def measure(load: Load) -> dict[str, Sample]:
-    """Measure every client at one load; the bare ones post what foundry posted."""
+    """Measure every client at one load; the bare clients post the bodies that foundry posted."""
     ours: list[Sample] = []
     with server(load.latency_ms / 1000) as to:
         for _ in range(load.repeats):
@@ -211,11 +211,11 @@ def print_targets(ours: Mapping[Load, Sample]) -> None:
 def main() -> None:
     print_title(
         "Live calls",
-        "A local server in a process of its own answers after the latency given. It shares the cores: its columns",
-        "say how much it used. The bare clients post the bodies that foundry posted and do nothing else. Ratios are",
-        "to bare aiohttp. Best of two, but one of bare httpx. At 1 in",
-        "flight every client sleeps between calls, which makes each call dearer; the rows without latency show by how",
-        "much. The start of the sweep, about 50 ms, is in foundry's CPU.",
+        "A local server in its own process answers after the given latency. The server shares the cores: its columns",
+        "show its CPU time. The bare clients post the bodies that foundry posted and do nothing else. Ratios are",
+        "to bare aiohttp. Best of two measurements, except for bare httpx (one). With 1 call in",
+        "flight, every client sleeps between calls, so each call takes more CPU; the rows without latency show how",
+        "much. foundry's CPU time contains the start of the sweep, about 50 ms.",
     )
     with server(0) as to, scratch() as folder:
         foundry_sample(to, WARM_UP, folder)  # what is imported on first use is start-up, not a call

@@ -1,7 +1,7 @@
-"""What servers of llama.cpp tell of their weights, by a canary, and of their decisions, by log-probabilities.
+"""Measures on llama.cpp servers how well a canary identifies weights, and whether log-probabilities predict decisions.
 
-FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and tokenizers; FOUNDRY_LLAMA_PYTHON_OLD, if
-there is one, another Python with an older xllamacpp. Without the first nothing is measured.
+FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and tokenizers; without it, nothing is measured.
+FOUNDRY_LLAMA_PYTHON_OLD may name another Python with an older xllamacpp.
 """
 
 import asyncio
@@ -40,7 +40,7 @@ EMPTY = (Sign(text=""),) * len(PROMPTS)
 
 @dataclass(frozen=True)
 class Case:
-    """A server that is compared with the first one: how its model was made, its flags, and whose program it is."""
+    """A server that is compared with the first one: the options of its model, its flags, and its Python."""
 
     name: str
     made: tuple[str, ...] = ()
@@ -67,7 +67,7 @@ CASES = (
 
 
 def made(folder: Path, options: Sequence[str]) -> Path:
-    """Return a model with these options, made once."""
+    """Return the file of a model with these options; each model is made once."""
     model = folder / f"tiny{'_'.join(options)}.gguf"
     if not model.exists():
         maker = ROOT / "benchmarks" / "tiny_gguf.py"
@@ -89,7 +89,7 @@ def serving(model: Path, flags: Sequence[str] = FULL, python: str = PYTHON) -> I
 
 
 def model_of(*settings: str) -> Model:
-    """Return the model that the server serves, with the shipped settings but for these and shorter replies."""
+    """Return the model of the server with the shipped settings, except for these settings and shorter replies."""
     served = f"model.server.base_url={URL}/v1"
     composed = compose(
         ["model=openai/tiny", served, "model.server.canary=true", "model.options.max_tokens=60", *settings]
@@ -100,13 +100,13 @@ def model_of(*settings: str) -> Model:
 
 
 def request(number: int, seed: int = 0) -> Request:
-    """Return a call such as agents make."""
+    """Return a call like the calls of agents."""
     message = ChatMessage("user", f"You are agent {number}. " + "A fire is near, people walk north. " * 20)
     return Request((message,), seed, "action", {}, 1, number, key=str(number))
 
 
 async def canary(beside: int = 0) -> tuple[Sign, ...]:
-    """Ask the canary, beside so many other calls."""
+    """Ask the canary, together with a number of other calls."""
     model = model_of()
     try:
         others = [asyncio.create_task(model.ask(request(number))) for number in range(beside)]
@@ -118,7 +118,7 @@ async def canary(beside: int = 0) -> tuple[Sign, ...]:
 
 
 async def swapped(folder: Path, first: Path, other: Path) -> str:
-    """Make calls to weights that are replaced by a restart and put back; return after which call that is found."""
+    """Make calls to a server whose weights change and change back by restarts; return the call that notices it."""
     model, number = model_of(), 0
     with contextlib.closing(SqliteAnswers(folder / "swapped.sqlite")) as answers:
         with serving(first):
@@ -137,7 +137,7 @@ async def swapped(folder: Path, first: Path, other: Path) -> str:
 
 
 async def cost() -> tuple[int, float, float]:
-    """Return the calls of a canary, its seconds, and the seconds of as many calls of a sweep's size."""
+    """Return the calls of a canary, its seconds, and the seconds of the same number of calls of a sweep."""
     model = model_of()
     try:
         await model.ask(request(0))
@@ -152,7 +152,7 @@ async def cost() -> tuple[int, float, float]:
 
 
 async def sampled() -> list[list[str]]:
-    """Return the likeliest first tokens of a reply: by one call, and by so many samples."""
+    """Return the probabilities of the likeliest first tokens: reported by one call, and counted in samples."""
     plain = ("model.options.temperature=1", "model.options.top_p=1", "+model.extra.top_k=0", "+model.extra.min_p=0")
     model = model_of(*plain, "model.options.max_tokens=1", f"model.logprobs={LIKELIEST}")
     seeds = stream(0, "samples").integers(2**31, size=SAMPLES).tolist()
@@ -173,7 +173,7 @@ async def sampled() -> list[list[str]]:
 
 
 def met(foreign: int, draws: int = 20_000) -> float:
-    """Return how often a canary falls into so many foreign calls in a row, by the draws that sweeps make."""
+    """Return how often a canary falls among a number of calls in a row to other weights, with the draws of sweeps."""
     rng = stream(0, "benchmark")
     hits = 0
     for _ in range(draws):
@@ -188,7 +188,7 @@ def met(foreign: int, draws: int = 20_000) -> float:
 
 
 def row(case: Case, then: Sequence[Sign], now: Sequence[Sign]) -> list[str]:
-    """Return what is said of one server, by log-probabilities and by texts alone."""
+    """Return the verdict about one server, from log-probabilities and from texts alone."""
     distance = Distance.between(then, now)
     texts = Distance.between(*([Sign(text=sign.text) for sign in signs] for signs in (then, now)))
     gap = "-" if distance.gap is None else f"{distance.gap:.4f}"
@@ -213,7 +213,7 @@ def main() -> None:
         print_table(["server", "gap", "shared", "verdict", "texts", "by texts"], rows)
         restarted = asyncio.run(swapped(folder, first, made(folder, ("--seed", "1"))))
     print_table(
-        ["weights that come and go", "found"],
+        ["weights that change and change back", "found"],
         [
             ["by a restart of the server", restarted],
             *([f"{number} calls behind an open connection", f"{met(number):.2f}"] for number in (40, 100, 200)),

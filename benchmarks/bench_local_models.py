@@ -1,7 +1,8 @@
-"""Models in foundry's own process: how much faster batches are, and how often a reply depends on its batch.
+"""Measures the speed of batches with models in foundry's own process, and how often a reply depends on its batch.
 
-The weights are random, in the shape of Llama. `--width 1024 --layers 24` gives 365 million. The last layer is scaled so
-that the likeliest of 262 tokens has a probability of about .8, as in a trained model. Needs foundry-worlds[hf].
+The model has the shape of Llama and random weights: 365 million with `--width 1024 --layers 24`. The last layer is
+scaled so that the likeliest of 262 tokens has a probability of about .8, as in a trained model. Needs
+foundry-worlds[hf].
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def requests(count: int) -> list[Request]:
 
 
 def replies(engine: Engine, asked: Sequence[Request], size: int) -> tuple[list[str], float]:
-    """Return the texts of all replies, answered `size` at a time, and the calls a second."""
+    """Return the texts of all replies in batches of `size`, and the calls per second."""
     started = time.perf_counter()
     answers: list[Any] = [reply for at in range(0, len(asked), size) for reply in engine.answer(asked[at : at + size])]
     seconds = time.perf_counter() - started
@@ -100,7 +101,7 @@ def main() -> None:
 
 
 def same(texts: Sequence[str], others: Sequence[str]) -> str:
-    """Return how many of the texts are equal, of how many."""
+    """Return the number of equal texts and the number of texts, such as "3 of 16"."""
     return f"{sum(map(str.__eq__, texts, others))} of {len(texts)}"
 
 

@@ -1,10 +1,10 @@
-"""Measures what a probe costs, for intervals of the same width: `python benchmarks/bench_probe.py`.
+"""Measures the calls that a probe needs for intervals of the same width: `python benchmarks/bench_probe.py`.
 
-Two scripted policies are compared in the share of each action: in free runs, and in moments of these runs. Then a
-random model of a llama.cpp server that says `go` or `stay` is asked in moments of a bar: once with log-probabilities,
-and by repeats. An interval over seeds is as wide as sd / sqrt(seeds), so that for one width the calls are as sd^2 times
-the calls of a seed. FOUNDRY_LLAMA_PYTHON names a Python with the packages xllamacpp, gguf and tokenizers; without it no
-server is asked.
+The script compares the share of each action between two scripted policies, in free runs and in moments of these runs.
+Then it asks a random model on a llama.cpp server, which says `go` or `stay`, in moments of a bar: once with
+log-probabilities, and by repeats. The width of an interval over seeds is proportional to sd / sqrt(seeds). So for a
+given width, the number of calls is proportional to sd^2 times the calls per seed. FOUNDRY_LLAMA_PYTHON names a Python
+with the packages xllamacpp, gguf and tokenizers; without it, the second part is left out.
 """
 
 import itertools
@@ -28,12 +28,12 @@ WORLDS: Mapping[str, tuple[Sequence[str], Sequence[str]]] = {
     "cafe_library": (("random", "herd", "avoid"), ("world=cafe_library", "world.steps=50")),
     "survival": (("random", "forager", "sharer"), ("world=survival", "world.steps=40")),
 }
-"""The policies that are compared in each world, and what it is set to."""
+"""The policies that are compared in each world, and the settings of the world."""
 MOMENTS, REPEATS = 12, (1, 10)
-"""Moments of each seed, and how often each is asked."""
+"""Number of moments per seed, and of repeats per moment."""
 QUIET = ("analyze=false", "determinism=0", "view=null")
 ASKED_SEEDS, ASKED_REPEATS = 12, 20
-"""Runs whose moments a server is asked in, and repeats of each moment."""
+"""Runs with the moments in which the server is asked, and the number of repeats per moment."""
 OPENLY = ("model.options.temperature=1", "model.options.top_p=1", "+model.extra.top_k=0", "+model.extra.min_p=0")
 MOMENT = ["seed", "run", "step", "agent", "kind", "again"]
 
@@ -46,7 +46,7 @@ def foundry(*arguments: str, cwd: Path) -> None:
 
 
 def shares(path: Path) -> dict[str, dict[int, dict[str, float]]]:
-    """Return the share of each action among those that were read, by model and seed."""
+    """Return the share of each action among the readable actions, by model and seed."""
     counts: dict[str, dict[int, Counter[str]]] = {}
     for run in SweepFolder.open(path).runs():
         mine = counts.setdefault(run.config()["model"]["name"], {}).setdefault(run.run.seed, Counter())
@@ -58,7 +58,7 @@ def shares(path: Path) -> dict[str, dict[int, dict[str, float]]]:
 
 
 def actions(run: RunFolder) -> Iterable[str]:
-    """Return what was done in each answer to a question of an action; of a move, where to."""
+    """Return the action in each answer to a question about actions; for a move, its direction."""
     for line in msgspec.json.Decoder().decode_lines(run.steps_bytes()):
         if line.get("kind", "action") == "action" and isinstance(line["action"], str):
             yield line.get("direction") or line["action"]
@@ -71,14 +71,14 @@ def spread_of_pair(found: Mapping[str, Mapping[int, Mapping[str, float]]], pair:
 
 
 def calls_of_seed(path: Path) -> float:
-    """Return how many questions a model is asked a seed."""
+    """Return the number of questions to a model per seed."""
     runs = SweepFolder.open(path).runs()
     asked = sum(sum(1 for _ in run.calls()) for run in runs)
     return asked / len({(run.config()["model"]["name"], run.run.seed) for run in runs})
 
 
 def compare(name: str, policies: Sequence[str], overrides: Sequence[str], folder: Path) -> list[list[str]]:
-    """Return a row for each number of repeats: how many times fewer calls a probe needs."""
+    """Return a row for each number of repeats: the calls of free runs divided by the calls of a probe."""
     named = [f"scripted/{policy}" for policy in policies]
     models = f"model={','.join(named)}"
     foundry("-m", models, f"seed=0-{SEEDS - 1}", *overrides, *QUIET, "output.dir=free", cwd=folder)
@@ -101,7 +101,7 @@ def compare(name: str, policies: Sequence[str], overrides: Sequence[str], folder
 
 
 def probed(folder: Path, name: str, *settings: str) -> pd.DataFrame:
-    """Return the share of `go` and the calls by moment, in a probe with these settings."""
+    """Return the share of `go` and the number of calls in each moment of a probe with these settings."""
     sizes = (f"moments={ASKED_SEEDS * MOMENTS}", "window=0", f"repeats={ASKED_REPEATS}")
     asked = (*sizes, *OPENLY, "model.options.max_tokens=4")
     foundry("probe", "pilot", "model=openai/tiny", *asked, *settings, *QUIET, f"output.dir={name}", cwd=folder)
@@ -115,19 +115,19 @@ def probed(folder: Path, name: str, *settings: str) -> pd.DataFrame:
 
 
 def spread(found: pd.DataFrame) -> float:
-    """Return the standard deviation over seeds of the mean share of the moments of a seed."""
+    """Return the standard deviation over seeds; the value of a seed is the mean share over its moments."""
     return float(found["go"].groupby("seed").mean().std(ddof=1))
 
 
 def row(name: str, found: pd.DataFrame, told: pd.DataFrame) -> list[str]:
-    """Return the calls, the half interval over seeds, and how many calls give the interval of probabilities."""
+    """Return the calls, the half-width of the interval over seeds, and the calls for the width of probabilities."""
     sd, calls = spread(found), int(found["calls"].sum())
     ratio = sd**2 * calls / (spread(told) ** 2 * told["calls"].sum())
     return [name, f"{calls:,}", f"{found['go'].mean():.3f}", f"{2.2 * sd / np.sqrt(ASKED_SEEDS):.4f}", f"{ratio:.1f}"]
 
 
 def followed(told: pd.DataFrame, folder: Path) -> float:
-    """Return in how many samples the server decided as the expected share and the sampling seed say.
+    """Return the number of samples that the expected share and the sampling seed predict.
 
     llama.cpp seeds a Mersenne twister with the seed of the call, draws a number below 1 and goes through the tokens in
     the order of the vocabulary, in which `go` comes before `stay`.
@@ -142,10 +142,10 @@ def followed(told: pd.DataFrame, folder: Path) -> float:
 
 
 def print_beside_free_runs() -> None:
-    """Print how many times fewer calls a probe of scripted policies needs than free runs."""
+    """Print the calls of free runs divided by the calls of a probe, for scripted policies."""
     print_title(
-        "Calls for an interval of the same width: free runs beside a probe",
-        f"Scripted policies in pairs, {SEEDS} seeds, {MOMENTS} moments a seed; shares of each action.",
+        "Calls for an interval of the same width: free runs and a probe",
+        f"Pairs of scripted policies, {SEEDS} seeds, {MOMENTS} moments a seed; shares of each action.",
     )
     rows = []
     for name, (policies, overrides) in WORLDS.items():
@@ -156,7 +156,7 @@ def print_beside_free_runs() -> None:
 
 
 def print_probabilities() -> None:
-    """Print what probabilities of a server give beside samples, and how well they foretell these."""
+    """Compare the probabilities of a server with samples, and print how well the probabilities predict the samples."""
     print_title("Probes by probabilities on a llama.cpp server", f"{ASKED_SEEDS} seeds, {MOMENTS} moments each.")
     with scratch() as folder:
         pilot = ("world=bar", "world.agents=4", "world.steps=6", "model=scripted/random", f"seed=0-{ASKED_SEEDS - 1}")

@@ -1,6 +1,6 @@
-"""Scenes: time to load, frames per second beside a bare VTK loop, two workers, moves, and a whole run in `kibo`.
+"""Measures scenes: time to load, frames per second (baseline: bare VTK), two workers, moves, and a run in `kibo`.
 
-Paths of further scenes may be given; their moves are timed as well.
+You can name the paths of further scenes; their moves are timed too.
 """
 
 import statistics
@@ -47,7 +47,7 @@ def foundry_view(name: str) -> Callable[[int], Any]:
 
 
 def bare_vtk(name: str) -> Callable[[int], Any]:
-    """Return a loop that only aims and renders: the same actors, window and lens, nothing read back."""
+    """Return a loop that only aims the camera and renders the same actors; it does not read the picture."""
     from foundry.worlds.camera.eye.rendering import direction, renderer_for
     from foundry.worlds.camera.loading.stage import load_scene
 
@@ -91,7 +91,7 @@ def load_seconds(name: str) -> float:
 
 
 def move_seconds(scene: Path) -> float:
-    """Return the mean time of a sliding move of a random walk."""
+    """Return the mean time of a move in a random walk with sliding along walls."""
     from foundry.worlds.camera.body.collision import Body, Collider
     from foundry.worlds.camera.body.navigation import Navigator
     from foundry.worlds.camera.loading.stage import load_scene
@@ -109,7 +109,7 @@ def move_seconds(scene: Path) -> float:
 
 
 def print_moves(others: Sequence[str]) -> float:
-    """Print how long a move takes in the shipped scenes and in others; returns the worst ratio to a picture."""
+    """Print the time of a move in shipped and other scenes; return the worst ratio to the time of a picture."""
     rows, worst = [], 0.0
     for name in SCENES:
         seconds, picture = move_seconds(paths.assets_dir() / f"{name}.usdz"), 1 / rate(foundry_view(name))
@@ -121,14 +121,14 @@ def print_moves(others: Sequence[str]) -> float:
 
 
 def run_seconds() -> float:
-    """Return the time of twenty scripted decisions in `kibo`, composing, checking and recording included."""
+    """Return the time of twenty scripted decisions in `kibo`, with composing, checking and recording."""
     overrides = ("world=kibo", "model=scripted/wander", "world.steps=20", "runner.workers=1")
     with scratch() as folder:
         return run_sweep(folder / "sweep", *overrides).whole.wall_s
 
 
 def first_opening(name: str) -> tuple[float, float]:
-    """Return the seconds to prepare a scene, and those until a page that is opened first shows it."""
+    """Return the seconds to prepare a scene, and the seconds until a new page shows it for the first time."""
     from bench_viewer import browser
 
     from foundry.viewer.forms import prepare
@@ -168,8 +168,8 @@ def main() -> None:
     print_table(["scene", "prepared, s", "shown, s"], [[name, f"{a:.2f}", f"{b:.2f}"] for name, a, b in opened])
     slowest = max(shown for _, _, shown in opened)
     judged = [
-        ["a move beside a picture, worst scene", f"{moving:.2f}", *at_most(moving, 1, "")],
-        ["frames/s beside bare VTK, worst scene", f"{worst:.2f}", *at_least(worst, 0.9, "")],
+        ["time of a move over time of a picture, worst scene", f"{moving:.2f}", *at_most(moving, 1, "")],
+        ["frames/s over frames/s of bare VTK, worst scene", f"{worst:.2f}", *at_least(worst, 0.9, "")],
         ["a prepared scene, first shown, slowest", f"{slowest:.2f} s", *at_most(slowest, 3, "s")],
         ["20 decisions in kibo, all in", f"{seconds:.1f} s", *at_most(seconds, 10, "s")],
     ]

@@ -1,4 +1,4 @@
-"""Wall time of one scripted run of twenty agents and fifty steps, beside its world and model alone."""
+"""Measures a scripted run of twenty agents and fifty steps; the baseline is its world and model alone."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def request(question: Question) -> Request:
 
 
 def bare() -> tuple[int, Cost]:
-    """Return the calls of the bare loop and what they cost."""
+    """Return the number of calls of the bare loop, and their cost."""
     composed = compose(OVERRIDES)
     assert composed is not None
     config = composed.conditions[0].config
@@ -67,10 +67,10 @@ def main() -> None:
         row("world and model alone", calls, alone, alone),
         row("the run, inside the process", calls, inside, alone),
         row("composing, checking and the run, inside the process", calls, composing, alone),
-        row("the whole command, start-up included", calls, command, alone),
+        row("the whole command, with its start", calls, command, alone),
     ]
     print_table(["what", "wall s", "CPU s", "wall µs/call", "ratio"], rows)
-    names = ("the run, inside the process", "the whole command, start-up included")
+    names = ("the run, inside the process", "the whole command, with its start")
     targets = [
         [name, f"{cost.wall_s:.2f} s", *at_most(cost.wall_s, 1, "s")]
         for name, cost in zip(names, (inside, command), strict=True)

@@ -1,4 +1,4 @@
-"""How right the time left of a sweep is, on simulated servers, in a time that only their events move on."""
+"""Measures the error of the time left of a sweep on simulated servers, with a simulated clock."""
 
 import heapq
 import io
@@ -21,11 +21,11 @@ from foundry.storing.store import SweepFolder, write_atomically
 
 AGENTS, STEPS, KINDS = 5, 10, 2
 MOST = AGENTS * STEPS * KINDS
-"""Calls of a run, at most."""
+"""Maximum number of calls of a run."""
 FROM_CALL = 10
 TOLD_AT = (10, 50, 200)
 LAST = 0.1
-"""Share of the time at the end that does not count: the last replies alone decide it."""
+"""Share of the time at the end that is left out, because it depends only on the last replies."""
 LOOK_S = 1.0
 SPREAD = 0.5
 """Standard deviation of the logarithm of a reply's seconds."""
@@ -49,16 +49,16 @@ def growing(mean: float) -> Seconds:
 
 @dataclass
 class Simulated:
-    """A sweep on a server like Ollama, which answers calls first come, first served, in so many slots.
+    """A sweep on a simulated server like Ollama, which answers calls in their order in a number of slots.
 
-    foundry's own limit on the calls in flight is told nothing of the slots and begins as in `conf/model/ollama.yaml`.
+    foundry does not know the number of slots; its limit on calls in flight begins as in `conf/model/ollama.yaml`.
 
     Attributes:
-        seconds: of a reply, by its step.
+        seconds: seconds that a reply takes, by its step.
         load: seconds before the first call.
         cached: whether the cache knows a step of a run.
-        steps: after which a run ends.
-        at_once: runs played at once.
+        steps: number of steps after which a run ends.
+        at_once: number of runs that are played at the same time.
     """
 
     runs: int
@@ -85,7 +85,7 @@ class Simulated:
         self._busy: list[tuple[float, float, float, int]] = []
 
     def play(self) -> Iterator[float]:
-        """Yield the time whenever a user looks, and at the end."""
+        """Yield the simulated time whenever a user looks, and at the end."""
         looked = 0.0
         self._go_on()
         while self._busy:
@@ -102,7 +102,7 @@ class Simulated:
         yield self.now
 
     def _end_call(self) -> int:
-        """Move on to the end of the next call, tell the limit of it, and return its run."""
+        """Move the clock to the end of the next call, report the call to the limit, and return its run."""
         ended, sent, seconds, run = heapq.heappop(self._busy)
         passed, self.now = ended - self.now, ended
         self._sums.clock_s += passed
@@ -138,11 +138,11 @@ class Simulated:
 
     @property
     def sent(self) -> int:
-        """Calls that the cache did not answer."""
+        """Number of calls that the cache did not answer."""
         return sum(self.calls) - sum(self.hits)
 
     def report(self, names: list[str]) -> bytes:
-        """Return what a worker would say of it, by the names of the runs."""
+        """Return the progress that a worker would report, by the names of the runs."""
         tally = Tally(complete=len(self.ended), calls=sum(self.calls), cached=sum(self.hits))
         tally.spared = sum(MOST - self.calls[run] for run in self.ended)
         counts = {names[run]: {"calls": self.calls[run], "cached": self.hits[run]} for run in self.open}
@@ -169,7 +169,7 @@ SIMULATED: dict[str, Callable[[np.random.Generator], Simulated]] = {
 
 @dataclass
 class Looked:
-    """What was told at a time: calls sent by then, and the seconds that were left."""
+    """A time left that foundry printed: the time, the number of calls so far, and the seconds that it stated."""
 
     at: float
     sent: int
@@ -177,7 +177,7 @@ class Looked:
 
 
 def watched(simulated: Simulated, folder: Path) -> tuple[list[Looked], float]:
-    """Return what a user was told of a sweep while it ran, and how long it took, seconds."""
+    """Return the times left that a user saw while a sweep ran, and the duration of the sweep in seconds."""
     composed = compose(
         ["-m", "model=stay", f"seed=0-{simulated.runs - 1}", f"world.agents={AGENTS}", f"world.steps={STEPS}"]
     )
@@ -196,13 +196,13 @@ def watched(simulated: Simulated, folder: Path) -> tuple[list[Looked], float]:
 
 
 def ratio_at(looks: list[Looked], took: float, call: int) -> float:
-    """Return the time told over the time taken when so many calls were sent."""
+    """Return the printed time left divided by the true time left, after a given number of calls."""
     look = next(look for look in looks if look.sent >= call)
     return look.left / (took - look.at)
 
 
 def worst_ratio(looks: list[Looked], took: float) -> float:
-    """Return the largest factor by which the time told was wrong, from the tenth call to the last tenth of the time."""
+    """Return the largest factor by which the printed time was wrong, from call 10 to the last tenth of the time."""
     told = [look for look in looks if look.sent >= FROM_CALL and look.at <= (1 - LAST) * took]
     return max(max(look.left / (took - look.at), (took - look.at) / max(look.left, 1e-9)) for look in told)
 
@@ -210,9 +210,9 @@ def worst_ratio(looks: list[Looked], took: float) -> float:
 def main() -> None:
     print_title(
         "Time left",
-        f"Told over taken on simulated servers, the range over {len(SEEDS)} seeds; uneven replies have lengths whose",
-        f"logarithm has a standard deviation of {SPREAD}. The factor is the largest from call {FROM_CALL} on,",
-        f"without the last {LAST:.0%} of the time.",
+        f"Printed over true time left on simulated servers, as the range over {len(SEEDS)} seeds. For uneven",
+        f"replies, the logarithm of the length has a standard deviation of {SPREAD}. The factor is the largest",
+        f"error from call {FROM_CALL} on, without the last {LAST:.0%} of the time.",
     )
     rows = []
     for name, make in SIMULATED.items():

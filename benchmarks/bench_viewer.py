@@ -1,4 +1,4 @@
-"""The viewer with a run of 1,000 agents over 500 steps and with sweeps of 2,000, 10,000 and 100,000 runs."""
+"""Measures the viewer with a run of 1,000 agents over 500 steps, and with sweeps of 2,000, 10,000 and 100,000 runs."""
 
 import resource
 import shutil
@@ -31,7 +31,7 @@ LONG_MB = 1.0
 PLAY_S = 6
 TOGETHER_S, TOGETHER_STEPS = 10, 200
 MEMORY_S = 300
-"""Seconds of playing at 30 steps a second after which the page holds no more than before."""
+"""Seconds of playing at 30 steps per second, after which the memory of the page must not have grown."""
 FRAMES = """async (seconds) => {
   const clock = Foundry.page.clock, grid = Foundry.page.grid, draw = grid.redraw.bind(grid);
   let frames = 0, drawing = 0;
@@ -79,7 +79,7 @@ def big_run(folder: Path, agents: int, steps: int) -> SweepFolder:
 
 
 def answers(made: SweepFolder) -> list[list[Any]]:
-    """Return how long each kind of question takes a server that has just been started, and how long its answer is."""
+    """Return the time of a new server for each kind of request, and the length of its answer."""
     resources = Resources(made.path)
     address = f"run/{resources.catalog.overview()[0]['id']}/{made.runs()[0].id}"
     view = resources.view(*address.split("/")[1:])
@@ -102,7 +102,7 @@ def answers(made: SweepFolder) -> list[list[Any]]:
 
 
 def last_decisions(made: SweepFolder) -> float:
-    """Return the seconds of CPU that the decisions at the end of a run cost a server that has just been started."""
+    """Return the CPU seconds that a new server needs to send the decisions at the end of a run."""
     resources = Resources(made.path)
     address = f"run/{resources.catalog.overview()[0]['id']}/{made.runs()[0].id}"
     cost = cost_of(lambda: resources.get(f"{address}/decisions/{STEPS // 10 - 1}/7"))
@@ -152,7 +152,7 @@ STEPPED = """async (steps) => {
 
 
 def together(page: Page, folder: Path, agents: int, steps: int) -> dict[str, float]:
-    """Return frames per second while two runs play on one map with heat, and the page's memory before and after."""
+    """Return frames per second while two runs play on one heat map, and the page's memory before and after."""
     made = sweep(folder / "together", agents=agents, steps=steps, models=2)
     for run in made.runs():
         write_run(run)
@@ -171,13 +171,13 @@ def together(page: Page, folder: Path, agents: int, steps: int) -> dict[str, flo
 
 
 def _heap_mb(page: Page) -> float:
-    """Return what the page holds once all that can be freed is."""
+    """Return the memory of the page, MB, after garbage collection."""
     page.context.new_cdp_session(page).send("HeapProfiler.collectGarbage")
     return float(page.evaluate("() => performance.memory.usedJSHeapSize / 1e6"))
 
 
 def many_runs(folder: Path, runs: int) -> SweepFolder:
-    """Write a sweep of many short runs, as if it were analysed."""
+    """Write a sweep of many short runs, with the tables of an analysis."""
     made = sweep(folder / f"many-{runs}", agents=2, steps=2, models=4, seeds=runs // 4)
     _end(made.runs())
     write_signatures(made, 150)
@@ -185,7 +185,7 @@ def many_runs(folder: Path, runs: int) -> SweepFolder:
 
 
 def listed_mb(folder: Path) -> float:
-    """Return the most memory, MB, that a server takes which lists many runs with their measures."""
+    """Return the greatest memory, MB, of a server that lists many runs with their measures."""
     made = many_runs(folder, LISTED)
     with ProcessPoolExecutor(max_workers=1) as pool:
         return pool.submit(_peak_mb, made.path).result()
@@ -203,7 +203,7 @@ def _peak_mb(path: Path) -> float:
 
 
 def overview(page: Page, folder: Path, runs: int) -> dict[str, float]:
-    """Return seconds until the first and all runs of a sweep are shown, and to sort it."""
+    """Return the seconds until the page shows the first run, until it shows all runs, and to sort the runs."""
     with serving(many_runs(folder, runs).path) as server:
         page.add_init_script(FIRST_ROWS)
         started = time.perf_counter()
@@ -227,7 +227,7 @@ def overview(page: Page, folder: Path, runs: int) -> dict[str, float]:
 
 
 def looks(folder: Path) -> float:
-    """Return seconds until it is told what a large sweep is doing, of which half is complete; median of later looks."""
+    """Return the median seconds of later requests for the progress of a large sweep that is half complete."""
     made = sweep(folder / "underway", agents=2, steps=6, models=4, seeds=UNDERWAY // 4)
     ended, opened = made.runs()[: UNDERWAY // 2], made.runs()[UNDERWAY // 2 :][:OPEN]
     _end(ended)
@@ -243,7 +243,7 @@ def looks(folder: Path) -> float:
 
 
 def long_texts(page: Page, folder: Path, size_mb: float) -> float:
-    """Return seconds from opening a decision until its two prompts, of that size each, are laid out where seen."""
+    """Return the seconds from opening a decision until the page shows its two prompts of the given size."""
     made = sweep(folder / f"long-{size_mb}", agents=2, steps=1)
     write_run(made.runs()[0], PROMPT + int(1e6 * size_mb / 50) * "A line of a prompt is about as long as this one.\n\n")
     with serving(made.path) as server:
@@ -262,7 +262,7 @@ def _end(runs: Sequence[RunFolder]) -> None:
 
 
 def drawn(what: str, seen: Mapping[str, float], least: float) -> list[str]:
-    """Return the row of a page's frames a second, held against the least of them."""
+    """Return the table row for a page's frames per second, with the required minimum."""
     return [
         f"frames/s, {what}",
         f"{seen['fps']:.0f} (drawing {seen['draw_ms']:.1f} ms)",

@@ -1,13 +1,13 @@
-"""How far labels of people mend measures of warnings: bias of a difference, and how often its interval holds the truth.
+"""Measures how well labels of people correct measures of warnings: bias and coverage of differences.
 
     python benchmarks/label_correction.py [REPETITIONS [CASE ...]] [--share]
 
-A rule reads the messages of two models differently. A pool of runs is played by a scripted policy. The texts of its
-messages are then made up: each is a warning with a probability that depends on whether its agent has seen a fire, was
-told of one, or knows of none. The rule is wrong with a probability that depends on the case. Each repetition takes ten
-seeds of each model from the pool. It draws texts, has people label them, corrects, and compares the models as `foundry
-analyze` does. In all cases but the last the models behave alike. Where people disagree, the truth is the mean of their
-readings. With --share, only the share of warnings is measured, which is four times as fast.
+A rule labels the messages of two models with different error rates. A scripted policy plays a pool of runs, and the
+texts of its messages are then made up. Each text is a warning with a probability that depends on whether the agent has
+seen a fire, was told of a fire, or knows of no fire. The error rate of the rule depends on the case. Each repetition
+takes ten seeds of each model from the pool, draws texts, lets people label them, corrects the measures, and compares
+the models as `foundry analyze` does. In all cases except the last, the models behave alike. If people disagree, the
+true value is the mean of their labels. With --share, only the share of warnings is measured, four times as fast.
 """
 
 import argparse
@@ -42,16 +42,16 @@ LABEL = Label(
 )  # fmt: skip
 SHARE, REACH, RELAY = "warning.warning_share", "warning.social_reach", "warning.relay_probability"
 SEES, KNOWS_NOTHING = 0.5, 0.05
-"""Probability with which a message warns: of an agent that has seen a fire, and of one that knows of none."""
+"""Probability that a message warns, for an agent that has seen a fire, and for an agent that knows of no fire."""
 FALSE = 0.03
-"""Probability with which the rule takes another message for a warning."""
+"""Probability that the rule labels a message as a warning if it is none."""
 
 Recall = Callable[[str, int, int, int], float]
-"""Probability with which the rule finds a warning: of a model, by seed, agent and step."""
+"""Function that returns the probability that the rule finds a warning of a model, by seed, agent and step."""
 Reading = Callable[[Generator, bool, bool], bool]
-"""Whether a person takes a text for a warning, by whether it is one and whether it is near the border."""
+"""Function that returns whether a person reads a text as a warning; arguments: is it one, is it a near miss."""
 Answer = Callable[[Generator, bool, bool], str | None]
-"""The answer of a person to a text, by its reading and whether it is near the border; None for no answer."""
+"""Function that returns the answer of a person, from the reading and whether it is a near miss; None for no answer."""
 
 
 def by_model(model: str, seed: int, agent: int, step: int) -> float:
@@ -63,7 +63,7 @@ def as_meant(rng: Generator, warns: bool, near: bool) -> bool:
 
 
 def otherwise(rng: Generator, warns: bool, near: bool) -> bool:
-    """Take half of the near texts that are no warnings for warnings, and a fifth of all warnings for none."""
+    """Read half of the near texts without a warning as warnings, and a fifth of all warnings as no warnings."""
     return rng.random() < (0.8 if warns else 0.5 if near else 0.0)
 
 
@@ -77,16 +77,16 @@ def sometimes_withdrawn(rng: Generator, reading: bool, near: bool) -> str | None
 
 @dataclass(frozen=True)
 class Case:
-    """How the rule errs, and how people label.
+    """A case: the errors of the rule, and the way in which people label.
 
     Attributes:
-        name: what it is called in the table.
-        recall: of the rule.
-        readings: of the people, each of whom labels the texts in an order of their own.
-        answer: of the people.
-        part: part of the drawn texts that each labels before they stop.
-        near: probability with which a text that the rule does not find counts as near, of warnings and of others.
-        relays: probability with which a message warns if its agent was told of a fire and has seen none, by model.
+        name: name in the table.
+        recall: recall of the rule.
+        readings: how each person reads a text; each person labels the texts in a different order.
+        answer: how people answer for a reading.
+        part: share of the drawn texts that each person labels.
+        near: probability that a text that the rule does not find counts as near, for warnings and for other texts.
+        relays: probability that a message warns if its agent was told of a fire and has seen none, by model.
     """
 
     name: str
@@ -113,7 +113,7 @@ CASES = (
 
 
 def pool(folder: Path) -> list[GridRun]:
-    """Play the runs whose texts are made up."""
+    """Play the runs that later get made-up texts."""
     command = ["-m", "-q", "model=scripted/herd", f"seed=0-{POOL - 1}", f"world.steps={STEPS}", f"output.dir={folder}"]
     assert foundry(command) == 0
     runs = (measurable(run, run.summary()) for run in SweepFolder.open(folder).runs())
@@ -126,9 +126,9 @@ class Text:
 
     Attributes:
         warns: whether it is a warning.
-        by_rule: whether the rule takes it for one.
-        near: whether it is near the border.
-        readings: whether each person takes it for one.
+        by_rule: whether the rule labels it as a warning.
+        near: whether it is a near miss.
+        readings: whether each person reads it as a warning.
     """
 
     warns: bool
@@ -138,7 +138,7 @@ class Text:
 
 
 def with_texts(run: GridRun, model: str, case: Case, rng: Generator) -> tuple[GridRun, dict[str, Text]]:
-    """Return a run with made-up texts, and what is known of each."""
+    """Return a run with made-up texts, and the properties of each text."""
     seed = int(run.id.split("-s")[1].split("-")[0])
     said, texts = np.full(run.said.shape, None, dtype=object), dict[str, Text]()
     seen, heard_of = np.zeros((2, run.agents), dtype=np.bool_)
@@ -170,7 +170,7 @@ def items_of(run: GridRun, model: str) -> list[Item]:
 def correction_of(
     items: Sequence[Item], texts: Mapping[str, Text], labels: int, case: Case, rng: Generator
 ) -> Correction | None:
-    """Draw texts and have people label them, each in the order of their page."""
+    """Draw texts, and let each person label them in the order of their page."""
     empty = Sample(label=LABEL.name, question_sha256=LABEL.question_sha256, seed=int(rng.integers(2**31)))
     models = {item.run: item.model for item in items}
     sample = extended(empty, LABEL, items, list(models), labels // 2)
@@ -206,7 +206,7 @@ def difference(values: dict[tuple[str, int], dict[str, float]], copies: dict[str
 
 @dataclass(frozen=True)
 class Estimate:
-    """The difference of the models in a measure with its interval, the true one, and the errors of their levels."""
+    """The difference of the models in a measure with its interval, the true difference, the errors of both levels."""
 
     difference: float
     low: float
@@ -218,7 +218,7 @@ class Estimate:
 def repetition(
     runs: Sequence[GridRun], case: Case, labels: int, rng: Generator, measures: Sequence[str]
 ) -> dict[str, Estimate]:
-    """Return the estimates of each measure by the rule and corrected."""
+    """Return two estimates for each measure: from the rule, and corrected."""
     chosen = rng.permutation(len(runs))[: 2 * SEEDS]
     items: list[Item] = []
     texts: dict[str, Text] = {}

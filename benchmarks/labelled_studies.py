@@ -1,10 +1,10 @@
-"""How often the corrected difference of whole labelled studies holds the truth: played, drawn, labelled and analysed.
+"""Measures how often the corrected interval covers the true difference, in whole studies with labels of people.
 
     python benchmarks/labelled_studies.py [STUDIES]
 
-Each study is a sweep folder of its own. Two scripted models talk for ten seeds. The rule knows the words of most
-warnings of one model, and of few warnings of the other. The command draws texts; two people label them at the desk of
-its page, and their journals are written. `analyze` reads the folder. The models warn with known probability.
+Each study has its own sweep folder. Two scripted models, which warn with known probabilities, talk for ten seeds. The
+rule knows the words of most warnings of one model, and of few warnings of the other. The command draws texts. Two
+simulated people label them, as on the page, and the command writes their journals. `analyze` reads the folder.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from foundry.worlds.grid.grid_policies import STAY, act, say
 
 SEEDS, LABELS, SECOND = 10, 200, 25
 FALSE = 0.05
-"""Probability with which the rule takes another message for a warning."""
+"""Probability that the rule labels a message as a warning if it is none."""
 MEASURES = {"rule": "warning.warning_share_uncorrected", "corrected": "warning.warning_share"}
 KNOWN, UNKNOWN, MISREAD = (
     "Fire at table {}, run!",
@@ -44,13 +44,13 @@ KNOWN, UNKNOWN, MISREAD = (
 )
 NEAR, OTHER = "Is there a fire at table {}?", "Shall we meet at table {}?"
 RECALL = {"a": 0.9, "b": 0.5}
-"""Probability with which a warning is in words that the rule knows, by model."""
+"""Probability that a warning uses words that the rule knows, by model."""
 TRUTHS: tuple[Mapping[str, float], ...] = ({"a": 0.4, "b": 0.4}, {"a": 0.4, "b": 0.25})
-"""Probability with which a message warns, by model."""
+"""Probability that a message warns, by model."""
 
 
 class Speaker(ScriptedModel):
-    """Stays where it is and speaks; some of what it says warns."""
+    """Policy that stays and speaks; some of its messages are warnings."""
 
     def __init__(self, name: str, warns: float, recall: float) -> None:
         """Set the probabilities that a message warns, and that the rule knows the words of a warning."""
@@ -58,7 +58,7 @@ class Speaker(ScriptedModel):
         self.warns, self.recall = warns, recall
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say one of five sentences, each about a table of its own."""
+        """Say one of five sentences about a table."""
         if rng.random() < self.warns:
             text = KNOWN if rng.random() < self.recall else UNKNOWN
         else:
@@ -70,19 +70,19 @@ class Speaker(ScriptedModel):
         return act(STAY, reasoning="")
 
     def parameters(self) -> dict[str, Any]:
-        """Return the class and the probabilities."""
+        """Return the class of the policy and its probabilities, as a configuration."""
         return super().parameters() | {"warns": self.warns, "recall": self.recall}
 
 
 @dataclass(frozen=True)
 class People(AskingPage):
-    """Two people at the desk of the page: one labels all texts, and one some of them, with unclear ones among them."""
+    """Two simulated people: one labels all texts; the other labels some of them, and calls some unclear."""
 
     rng: Generator
 
     @contextmanager
     def labelling(self, desk: LabelDesk, title: str) -> Iterator[threading.Event]:
-        """Have the people label."""
+        """Let the people label."""
         for person, unclear, most in (("ana", 0.0, sys.maxsize), ("ben", 0.2, SECOND)):
             place = desk.place(person)
             while place.shown is not None and place.done < most:
@@ -95,7 +95,7 @@ class People(AskingPage):
 
 
 Interval = tuple[float, float, float]
-"""The difference of b from a, with the ends of its interval."""
+"""The difference of model b from model a, with the ends of its interval."""
 
 
 def played(folder: Path, number: int, warns: Mapping[str, float]) -> Path:
@@ -119,7 +119,7 @@ def played(folder: Path, number: int, warns: Mapping[str, float]) -> Path:
 
 
 def study(folder: Path, number: int, warns: Mapping[str, float], per_model: int) -> dict[str, Interval]:
-    """Play, draw, label and analyse a study in a folder of its own; returns the differences by rule and corrected."""
+    """Play, label and analyse a study in its own folder; return the differences by the rule and corrected."""
     with redirect_stdout(io.StringIO()):
         sweep = played(folder, number, warns)
         people = People(host="", port=None, browser=False, rng=default_rng([number, per_model]))
@@ -148,7 +148,7 @@ def main(studies: int) -> None:
             told = f"bias {rows[:, 0].mean() - true:+.3f} coverage {covers.mean():.2f} half-width {width:.3f}"
             print(f"true difference {true:+.2f}, {how:9}: {told}", flush=True)
         held += covers.tolist()
-    print(f"the corrected interval holds the truth in {sum(held)} of {len(held)} studies")
+    print(f"the corrected interval covers the true value in {sum(held)} of {len(held)} studies")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the benchmarks share: clocks, a server in a process of its own, sweeps in this one, Markdown tables."""
+"""Shared parts of the benchmarks: clocks, a test server in its own process, sweeps in this process, Markdown tables."""
 
 import argparse
 import contextlib
@@ -28,14 +28,14 @@ MEMORY = Path("/dev/shm")
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds of wall clock and of CPU."""
+    """Wall-clock time and CPU time, seconds."""
 
     wall_s: float
     cpu_s: float
 
 
 class Stopwatch:
-    """Measures this process from its making on."""
+    """Measures the time of this process since the stopwatch was made."""
 
     def __init__(self) -> None:
         self._wall, self._cpu = time.perf_counter(), time.process_time()
@@ -50,8 +50,8 @@ class Swept:
     """A sweep that ran in this process.
 
     Attributes:
-        summaries: how its runs ended, in the order of their starts.
-        whole: cost of everything: composing, checking, writing the sweep's folder and the runs.
+        summaries: summaries of its runs, in the order of their starts.
+        whole: cost of composing, checking, writing the sweep's folder, and the runs.
     """
 
     folder: SweepFolder
@@ -66,19 +66,19 @@ class Swept:
 
     @property
     def cached(self) -> int:
-        """Those of the calls that the answer cache answered."""
+        """Calls that the answer cache answered."""
         return sum(summary.counts.cached for summary in self.summaries)
 
 
 @dataclass(frozen=True)
 class Server:
-    """The test server, in a process of its own on the same machine."""
+    """The test server, in its own process on the same machine."""
 
     url: str
     pid: int
 
     def cpu_s(self) -> float:
-        """Return the CPU seconds it used so far; nan where the system has no /proc."""
+        """Return the CPU seconds of the server so far; nan if the system has no /proc."""
         stat = Path(f"/proc/{self.pid}/stat")
         if not stat.exists():
             return float("nan")
@@ -87,14 +87,14 @@ class Server:
 
 
 def cost_of(work: Callable[[], object]) -> Cost:
-    """Return what the work costs in this process."""
+    """Return the cost of the work in this process."""
     watch = Stopwatch()
     work()
     return watch.cost()
 
 
 def cost_of_command(*arguments: str) -> Cost:
-    """Return what a `foundry` command costs from start-up to exit, in a process of its own."""
+    """Return the cost of a `foundry` command in its own process, from start to exit."""
     wall, before = time.perf_counter(), os.times()
     subprocess.run([sys.executable, "-m", "foundry", *arguments], check=True, stdout=subprocess.DEVNULL)
     after = os.times()
@@ -104,12 +104,12 @@ def cost_of_command(*arguments: str) -> Cost:
 
 
 def fastest(costs: Sequence[Cost]) -> Cost:
-    """Return the cost with the shortest wall clock: other work on the machine only adds to it."""
+    """Return the cost with the shortest wall-clock time, because other work on the machine can only lengthen it."""
     return min(costs, key=lambda cost: cost.wall_s)
 
 
 def run_sweep(folder: Path, *overrides: str, cache: str | None = None) -> Swept:
-    """Run a sweep as the command does, without its display, its cache beside its folder unless another is named."""
+    """Run a sweep as the command does, without a display; the cache is beside its folder unless you name another."""
     watch = Stopwatch()
     answers = cache or str(folder.parent / "answers.sqlite")
     composed = compose(["-m", *overrides, f"output.dir={folder}", f"cache.path='{answers}'"])
@@ -142,7 +142,7 @@ def server(latency_s: float) -> Iterator[Server]:
 
 @contextlib.contextmanager
 def serving(script: str, *arguments: str) -> Iterator[Server]:
-    """Start a server of this folder, in a process of its own."""
+    """Start a server script of this folder in its own process."""
     with _printing_url(Path(__file__).with_name(script), *arguments) as to:
         yield to
 
@@ -178,16 +178,16 @@ def await_health(process: subprocess.Popen[bytes], url: str) -> None:
 
 @contextlib.contextmanager
 def scratch(*, in_memory: bool = False) -> Iterator[Path]:
-    """Make a folder that is gone afterwards; in memory, where the system has such a place, instead of on the disk."""
+    """Make a temporary folder, in memory if the system has a file system in memory."""
     place = MEMORY if in_memory and MEMORY.is_dir() else None
     with tempfile.TemporaryDirectory(prefix="foundry-bench-", dir=place) as folder:
         yield Path(folder)
 
 
 def most_runs(description: str | None) -> int:
-    """Return what the command line says is the largest sweep to measure."""
+    """Return the number of runs of the largest sweep, from the command line."""
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--most", type=int, default=1_000, help="runs of the largest sweep (default 1,000)")
+    parser.add_argument("--most", type=int, default=1_000, help="number of runs of the largest sweep (default 1,000)")
     return int(parser.parse_args().most)
 
 
@@ -202,14 +202,14 @@ def at_least(value: float, target: float, unit: str) -> tuple[str, str]:
 
 
 def print_title(title: str, *notes: str) -> None:
-    """Print what is measured, on what, and how."""
+    """Print the title of a measurement, the machine, and the method."""
     machine = f"{os.cpu_count()} cores ({platform.machine()}), {platform.system()}, Python {platform.python_version()}"
     load = f"load {os.getloadavg()[0]:.1f} before" if hasattr(os, "getloadavg") else "load unknown"
     print(f"### {title}\n\n{machine}; {load}. {' '.join(notes)}\n", flush=True)
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Print a Markdown table, its columns padded so that it reads well in a terminal too."""
+    """Print a Markdown table with padded columns, which is also readable in a terminal."""
     cells = [list(columns), *([str(cell) for cell in row] for row in rows)]
     widths = [max(len(row[index]) for row in cells) for index in range(len(columns))]
     lines = [" | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in cells]

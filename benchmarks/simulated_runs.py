@@ -1,4 +1,4 @@
-"""Simulated runs in which the truth is known: how often a test is wrong, how often an interval holds the mean."""
+"""Simulated runs with a known truth: error rates of tests, and coverage of intervals."""
 
 import math
 from collections.abc import Callable
@@ -22,7 +22,7 @@ class Case:
     """Independent values with a known mean.
 
     Attributes:
-        draw: gives values of a shape.
+        draw: function that returns random values of a shape.
     """
 
     name: str
@@ -34,11 +34,11 @@ class Case:
 
 @dataclass(frozen=True)
 class Errors:
-    """How often tests without any true difference were significant.
+    """Rates of significant tests if there is no true difference.
 
     Attributes:
-        alone: share of them with p <= alpha.
-        families: tables, each with one family of tests.
+        alone: share of tests with p <= alpha.
+        families: number of tables, each with one family of tests.
         any_in_family: share of the tables with at least one significant test after Holm's correction.
     """
 
@@ -57,7 +57,7 @@ def _efficiency(rng: Generator, shape: Shape) -> FloatArray:
 
 
 def _efficiency_difference(rng: Generator, shape: Shape) -> FloatArray:
-    """Return differences of two models that mostly solve the same seeds."""
+    """Return differences between two models that mostly solve the same seeds."""
     shared, own = rng.random(shape), rng.random(shape)
     other = np.where(rng.random(shape) < 0.7, shared, own)
     return _path_efficiency(rng, shape, shared) - _path_efficiency(rng, shape, other)
@@ -68,7 +68,7 @@ def _half_zero(rng: Generator, shape: Shape) -> FloatArray:
 
 
 def _uneven(rng: Generator, shape: Shape) -> FloatArray:
-    """Return halves that tie, and spread more in some seeds than in others."""
+    """Return multiples of .5 with ties, which have a larger spread in some seeds."""
     return np.round(2 * rng.normal(size=shape) * rng.lognormal(size=shape)) / 2
 
 
@@ -87,16 +87,16 @@ PAIRED_CASES = (
     Case("uneven spread, ties", _uneven, 0.0),
     Case("path efficiency", _efficiency_difference, 0.0, -1.0, 1.0),
 )
-"""Paired differences on which it is measured."""
+"""Paired differences on which the coverage of intervals is measured."""
 
 
 def coverage(
     case: Case, n: int, data_sets: int, rng: Generator, *, beside_sign_flips: bool = False
 ) -> dict[str, float]:
-    """Return in which share of data sets of n values the interval in use holds the true mean.
+    """Return the share of data sets of n values in which foundry's interval covers the true mean.
 
-    Keys: `covered`; `bootstrap`, the share of data sets that got a bootstrap-t; `none`, that of data sets without
-    any interval, which count as not covered.
+    Keys: `covered`; `bootstrap`, the share of data sets with a bootstrap-t interval; `none`, the share of data sets
+    without any interval, which count as not covered.
     """
     values = case.draw(rng, (data_sets, n))
     ends = np.full(data_sets, case.low), np.full(data_sets, case.high)
@@ -113,8 +113,8 @@ def false_positives(
 ) -> Errors:
     """Return the errors of the whole comparison on tables of three models and four measures that do not differ.
 
-    A value is an effect of its seed, the same for all models and normal with the standard deviation `shared`, and
-    drawn noise. The family is of all pairs of models times the measures.
+    A value is the sum of noise from `draw` and an effect of the seed. This effect is the same for all models and normal
+    with the standard deviation `shared`. The family contains all measures for all pairs of models.
     """
     significant, alone, tests = 0, 0, 0
     for _ in range(tables):

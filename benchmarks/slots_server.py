@@ -1,7 +1,7 @@
-"""A server that works on several calls at once, as those of models do: `--slots 4 --mean 0.05`.
+"""Simulates a server of models that works on several calls at the same time: `--slots 4 --mean 0.05`.
 
-It has so many slots, replies of unequal length, batches that slow each of their calls down, a queue, a limit on the
-calls per second, as its settings say. `GET /stats` tells how busy it was.
+Its settings give the number of slots, the lengths of replies, the slow-down in a batch, and the limit on calls per
+second. Calls without a free slot wait in a queue. `GET /stats` reports the calls so far.
 """
 
 import argparse
@@ -30,25 +30,25 @@ from ollama_server import OllamaServer
 TOKENS_PER_REPLY = 100
 """On average."""
 BURST = 10
-"""Calls that a limit on the calls per second lets through at once."""
+"""Number of calls that may arrive at the same time under a limit on calls per second."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """How a server works.
+    """Settings of a simulated server.
 
     Attributes:
-        slots: calls worked on at once.
-        mean: seconds of work of a call on average, were it alone.
-        spread: standard deviation of the logarithm of that.
+        slots: number of calls that the server works on at the same time.
+        mean: mean seconds of work per call, if the call is alone.
+        spread: standard deviation of the logarithm of the work per call.
         overhead: seconds per call outside of any slot, as a share of the mean.
-        growth: by how much a full batch slows each of its calls.
-        best: calls beyond which a batch does less in all; 0 for none.
-        per_s: calls that are let in per second, the others get 429; 0 for any number.
-        prompt_s: seconds of work more for each thousand characters of a prompt.
-        load: seconds before the first call is worked on.
-        then_slots: slots later on; 0 for no change.
-        then_after: calls after which that is.
+        growth: relative slow-down of each call in a full batch, such as 0.5 for about 50 % longer.
+        best: size beyond which a batch has a lower throughput; 0 for none.
+        per_s: accepted calls per second, other calls get status 429; 0 for any number.
+        prompt_s: additional seconds of work for each thousand characters of a prompt.
+        load: seconds before the work on the first call begins.
+        then_slots: number of slots after a change; 0 for no change.
+        then_after: number of calls before the change.
     """
 
     slots: int
@@ -64,7 +64,7 @@ class Work:
     then_after: int
 
     def slowdown(self, batch: int) -> float:
-        """Return how much longer each of so many calls takes than one alone."""
+        """Return the factor by which each of a number of calls takes longer than a call alone."""
         beyond = (batch / self.best) ** 1.5 if self.best else 1.0
         return (1 + self.growth * (batch - 1) / self.slots) * max(1.0, beyond)
 
@@ -76,11 +76,11 @@ class Work:
 
 
 class Engine:
-    """Works on calls in slots, first come first served, all at one pace that their number sets.
+    """Works on calls in slots, in the order of arrival; the number of calls in slots decides their common speed.
 
     Attributes:
-        ends: time, calls in flight, calls in the queue and seconds of work at the end of every call.
-        refused: calls that were not let in.
+        ends: for the end of every call, the time, the calls in flight, the calls in the queue and the seconds of work.
+        refused: number of refused calls.
     """
 
     def __init__(self, work: Work) -> None:
@@ -98,7 +98,7 @@ class Engine:
         self._is_loaded = not work.load
 
     def lets_in(self) -> bool:
-        """Return whether one more call is within the limit on the calls per second."""
+        """Return whether the limit on calls per second allows one more call."""
         if not self.work.per_s:
             return True
         now = time.perf_counter()
@@ -111,7 +111,7 @@ class Engine:
         return True
 
     async def serve(self, seconds: float) -> float:
-        """Work on a call that would take so long alone; returns how long it was worked on."""
+        """Work on a call that would take the given time alone; return the time that it took."""
         self._in_flight += 1
         try:
             await self._load()
@@ -125,7 +125,7 @@ class Engine:
             self._in_flight -= 1
 
     async def _load(self) -> None:
-        """Have all calls wait until the model is there."""
+        """Let all calls wait until the model is loaded."""
         if not self._is_loaded:
             async with self._loading:
                 if not self._is_loaded:
@@ -138,7 +138,7 @@ class Engine:
         return self.work.then_slots if changed else self.work.slots
 
     def _move_on(self) -> None:
-        """Bring everything to the present, begin what can begin, and set the time of the next end."""
+        """Advance all calls to the present, start waiting calls in free slots, and set the time of the next end."""
         now = time.perf_counter()
         if self._active:
             self._done += (now - self._now) / self.work.slowdown(len(self._active))
@@ -158,12 +158,12 @@ class Engine:
 
 
 class Watched:
-    """Adds what tells how busy an engine was to a server."""
+    """Part of a server that reports the calls of its engine."""
 
     engine: Engine
 
     def stats(self) -> web.Response:
-        """Return it."""
+        """Return the reply to `GET /stats`."""
         return ollama_cases.json_response({"ends": self.engine.ends, "refused": self.engine.refused})
 
 
@@ -214,7 +214,7 @@ class OpenAI(Watched, openai_server.OpenAIServer):
 
 
 def tokens_in(seconds: float, work: Work) -> int:
-    """Return the tokens of a reply that takes so long alone."""
+    """Return the tokens of a reply that takes the given time if it is alone."""
     return max(1, round(TOKENS_PER_REPLY * seconds / work.mean))
 
 
@@ -224,15 +224,21 @@ def main() -> None:
     parser.add_argument("--speaks", choices=("ollama", "openai"), default="ollama")
     parser.add_argument("--slots", type=int, required=True)
     parser.add_argument("--mean", type=float, required=True, help="seconds of work per call, on average")
-    parser.add_argument("--spread", type=float, default=0.5, help="standard deviation of its logarithm")
-    parser.add_argument("--overhead", type=float, default=0.0, help="share of the mean that passes outside of a slot")
-    parser.add_argument("--growth", type=float, default=0.0, help="by how much a full batch slows each of its calls")
-    parser.add_argument("--best", type=int, default=0, help="calls beyond which a batch does less in all")
-    parser.add_argument("--per-s", type=float, default=0.0, help="calls per second that are not refused")
-    parser.add_argument("--prompt-s", type=float, default=0.0, help="seconds for a thousand characters of a prompt")
-    parser.add_argument("--load", type=float, default=0.0, help="seconds before the first call is worked on")
+    parser.add_argument("--spread", type=float, default=0.5, help="standard deviation of the logarithm of this work")
+    parser.add_argument(
+        "--overhead", type=float, default=0.0, help="seconds per call outside of a slot, as a share of the mean"
+    )
+    parser.add_argument(
+        "--growth", type=float, default=0.0, help="relative slow-down of each call in a full batch, such as 0.5"
+    )
+    parser.add_argument("--best", type=int, default=0, help="size beyond which a batch has a lower throughput")
+    parser.add_argument("--per-s", type=float, default=0.0, help="accepted calls per second")
+    parser.add_argument(
+        "--prompt-s", type=float, default=0.0, help="additional seconds for a thousand characters of a prompt"
+    )
+    parser.add_argument("--load", type=float, default=0.0, help="seconds before the work on the first call begins")
     parser.add_argument("--then-slots", type=int, default=0, help="slots later on")
-    parser.add_argument("--then-after", type=int, default=0, help="calls after which that is")
+    parser.add_argument("--then-after", type=int, default=0, help="number of calls before the change")
     asked = vars(parser.parse_args())
     speaks = asked.pop("speaks")
     engine = Engine(Work(**asked))

@@ -1,4 +1,4 @@
-"""Writes the records of large sweeps without playing them: the right shape and size, made-up contents."""
+"""Writes made-up records of large sweeps, which have the shape and size of played records."""
 
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ OUTCOMES = [Outcome.CHOSEN] * 97 + [Outcome.REPAIRED, Outcome.UNREADABLE, Outcom
 
 
 def sweep(path: Path, *, agents: int, steps: int, models: int = 1, seeds: int = 1) -> SweepFolder:
-    """Create a sweep that has not begun, with as much room per agent as the shipped world has."""
+    """Create a sweep without played runs, with as much space per agent as in the shipped world."""
     half_size = max(25, round(np.sqrt(130 * agents) / 2))
     places = [
         {"name": name, "type": name, "center": [sign * half_size // 2, 0], "extent": [5, 5], "capacity": 12}
@@ -52,7 +52,7 @@ def sweep(path: Path, *, agents: int, steps: int, models: int = 1, seeds: int = 
 
 
 def write_run(folder: RunFolder, prompt: str = PROMPT) -> None:
-    """Write a complete run of agents that walk at random; a prompt names its agent where it has %d."""
+    """Write a complete run of agents that walk at random; in a prompt, %d stands for the agent."""
     world = folder.config()["world"]
     agents, half = world["agents"], world["half_size"]
     rng = np.random.default_rng(folder.run.seed)
@@ -126,7 +126,7 @@ def summary(folder: RunFolder, counts: Counts) -> RunSummary:
 
 
 def write_signatures(folder: SweepFolder, measures: int) -> None:
-    """Write a table of signatures as wide as the analysis does."""
+    """Write a table of signatures with as many columns as the analysis writes."""
     names = [f"signature_{number // 10}.measure_{number % 10}" for number in range(measures)]
     values = np.random.default_rng(0).random((len(folder.sweep.runs), measures)).round(6)
     frame = pd.DataFrame(values, columns=names)

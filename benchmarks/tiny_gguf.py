@@ -1,10 +1,10 @@
-"""Makes a language model of random weights as a GGUF file of a megabyte, for real servers of llama.cpp.
+"""Makes a language model with random weights as a GGUF file of a megabyte, for real servers of llama.cpp.
 
     python benchmarks/tiny_gguf.py FILE [--seed 0] [--width 64] [--moved 0.0] [--type F32] [--words go,stay]
 
-Its replies are noise, the same for the same seed. Each weight can be moved by a share of itself, and matrices be
-quantised; at a width of 128, caches can be, too. With words a reply is one of them, by chances that depend on the
-prompt. Needs the packages gguf and tokenizers.
+The replies are noise; equal seeds give equal replies. You can move each weight by a share of itself, and quantise the
+matrices; at a width of 128, a server can also quantise caches. With --words, a reply is one of these words, with
+probabilities that depend on the prompt. Needs the packages gguf and tokenizers.
 """
 
 import argparse
@@ -24,7 +24,7 @@ CHAT = (
 
 
 def vocabulary(text: str) -> dict[str, Any]:
-    """Return a byte-level BPE tokenizer trained on a text, as tokenizers writes it down."""
+    """Return a byte-level BPE tokenizer that was trained on a text, in the JSON form of the package tokenizers."""
     from tokenizers import Tokenizer, models, pre_tokenizers, trainers
 
     tokenizer = Tokenizer(models.BPE())
@@ -41,7 +41,7 @@ def vocabulary(text: str) -> dict[str, Any]:
 def write(
     path: Path, *, seed: int = 0, width: int = 64, moved: float = 0.0, kind: str = "F32", saying: Sequence[str] = ()
 ) -> None:
-    """Write the model; the weights of a seed, each moved by a share of itself, of a type such as Q8_0."""
+    """Write the model with the weights of a seed, each moved by a share of itself, in a type such as Q8_0."""
     import gguf
 
     quantised = gguf.GGMLQuantizationType[kind]
@@ -66,9 +66,9 @@ def write(
 
 
 def _lean(name: str, tensor: Any, words: list[int], end: int) -> None:
-    """Make words the likeliest tokens after any other, and the end the likeliest after a word.
+    """Make the words the likeliest tokens after all other tokens, and the end the likeliest token after a word.
 
-    Component 0 of every state is the same, component 1 marks words; the last layer reads both.
+    Component 0 is the same in every state, and component 1 marks words; the last layer reads both components.
     """
     if name == "token_embd.weight":
         tensor[:, :2] = [16.0, 0.0]
@@ -107,7 +107,7 @@ def _write_words(writer: Any, words: dict[str, Any]) -> None:
 
 
 def _tensors(rng: np.random.Generator, tokens: int, width: int) -> list[tuple[str, Any]]:
-    """Return all tensors by name; the scale of the last one makes replies vary."""
+    """Return all tensors by name; the scale of the last tensor makes replies different."""
 
     def drawn(*shape: int, scale: float = 0.1) -> Any:
         return rng.normal(0, scale, shape).astype(np.float32)
