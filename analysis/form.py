@@ -147,7 +147,6 @@ class Twin:
     """Describes pairs of runs whose worlds differ in only one setting.
 
     Attributes:
-        setting: the setting of the world.
         told: value of the setting in the runs that are compared with their twins; it is also the default.
         measures: for each measure, the column of its difference from the twin.
     """
@@ -162,7 +161,6 @@ class FormAnalysis:
     """The analysis of a form; everything but the name is optional.
 
     Attributes:
-        name: the form.
         run: class of its runs as arrays; signatures annotate their argument with it. Defaults to the class of any form.
         read: reads the lines of a run, without the incomplete last line of an unfinished run. Defaults to the reader of
             any form.

@@ -292,7 +292,6 @@ def _rows(lines: Sequence[msgspec.Struct]) -> list[dict[str, Any]]:
 
 
 def _frame(folder: RunFolder, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
-    """Return rows of a run as a table; without rows, its columns are `keys`."""
     return _of_run(folder, _columns(rows, keys))
 
 

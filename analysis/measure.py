@@ -14,7 +14,6 @@ class Null:
     """The mean of a measure over runs of a policy that ignores what the measure is about.
 
     Attributes:
-        value: the mean.
         policy: the policy, in words; its other habits do not matter.
         by_random: whether `scripted/random` is such a policy; `foundry check` then compares its runs with the value.
     """

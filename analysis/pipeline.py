@@ -70,10 +70,7 @@ class Analysis:
 
     Attributes:
         path: the folder of tables and plots.
-        compared: the comparison with its groups.
         notes: warnings about the results, one line each.
-        table: the runs, and the kinds of the columns.
-        groups: columns that define groups, one row per run.
         contrasts: one row per measure and pair of groups, as in `contrasts.csv`; see `analysis.stats.contrasts`.
         variance: shares of the variation, as in `variance.csv`.
         fingerprint: comparison of whole groups; its energy tests are in `fingerprint.csv`.
@@ -90,9 +87,7 @@ class Analysis:
         planned: the preregistration compared with the runs; None without one.
         filtered: the filter of the runs; "" for all runs.
         doubts: by signature, the reason why none of its measures can be trusted.
-        forms: the form of each group's worlds.
         readings: who labelled the texts behind a measure, by the name of the measure.
-        written: written files.
     """
 
     path: Path
@@ -282,7 +277,6 @@ def _found(
     margins: Mapping[str, float] | None,
     filtered: str,
 ) -> Analysis:
-    """Compute all results from the table of the runs, and record that somebody looked at them."""
     groups = group_columns(results, table)
     compared = replace(compare(table, groups), models=models)
     sweeps = [source.folder for source in sources]

@@ -37,10 +37,7 @@ class Part:
     """One module of a signature.
 
     Attributes:
-        name: the prefix of its columns.
         run: the class of the runs that it measures.
-        function: measures a run.
-        headline: names of the measures that are shown first.
         readable_too: whether it also has measures over readable decisions only.
         applies: returns whether it applies to the world of a run; this must not depend on what happened in the run.
         primary: whether it is tested by default.
@@ -199,7 +196,6 @@ def _part(module: ModuleType, origin: str) -> Part:
 
 
 def _of_labels(taken: Collection[str]) -> Iterator[Part]:
-    """Yield a module for each label that no other signature uses."""
     for name, file in label_files().items():
         label = read_label(file) if name not in taken else None
         if label is not None and label.choices:
@@ -222,7 +218,6 @@ def _of_labels(taken: Collection[str]) -> Iterator[Part]:
 
 
 def _measured_class(function: Callable[..., Any]) -> type:
-    """Return the annotated class of a function's only argument."""
     arguments = list(inspect.signature(function, eval_str=True).parameters.values())
     kind = arguments[0].annotation if len(arguments) == 1 else None
     if not isinstance(kind, type) or kind is inspect.Parameter.empty:

@@ -59,7 +59,6 @@ class Signature:
     """A signature: all modules with the same name.
 
     Attributes:
-        name: the prefix of its columns.
         parts: its modules; those for a single form come before the one for any form.
     """
 

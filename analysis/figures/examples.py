@@ -19,7 +19,6 @@ class Examples:
     """Plots and tables of single runs.
 
     Attributes:
-        seed: seed of the shown runs, which is the lowest.
         doubts: by the id of a run, step and agent of its first unreadable decision.
     """
 

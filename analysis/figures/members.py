@@ -53,14 +53,7 @@ class Member:
 def members(
     runs: pd.DataFrame, groups: pd.DataFrame, shown: Sequence[Shown], folders: Mapping[str, RunFolder]
 ) -> list[Member]:
-    """Return every run with its group, in the order of the runs.
-
-    Args:
-        runs: one row per run, as in the table of signatures.
-        groups: columns that define groups, one row per run.
-        shown: all groups.
-        folders: the folders of the runs by id.
-    """
+    """Return every run with its group, in the order of the runs."""
     known = {one.group: one for one in shown}
     columns = (runs[name].tolist() for name in ("run", "seed", "status"))
     return [
@@ -78,7 +71,6 @@ def shown_groups(comparison: Comparison) -> list[Shown]:
 
 
 def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[Shown]:
-    """Return groups with different looks, sorted by model."""
     models = list(dict.fromkeys(group[at] for group in groups))
     if len(models) == 1 < len(groups):
         return [Shown(group, index, baseline) for index, group in enumerate(groups)]

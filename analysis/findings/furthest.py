@@ -24,9 +24,7 @@ class FarRun(msgspec.Struct, frozen=True):
     """A run that is far from the mean of its group in one measure.
 
     Attributes:
-        run: id of the run.
         measure: name of the measure, such as `exploration.coverage`.
-        label: title of the measure.
         value: value of the run, as text.
         mean: mean of the run's group, as text.
         distance: distance between both, in standard deviations within groups.
@@ -46,12 +44,6 @@ def furthest(
     """Return the runs furthest from the mean of their group, each in the measure in which it is furthest.
 
     Distances are in standard deviations within groups, pooled over the groups of a measure.
-
-    Args:
-        compared: the groups.
-        members: the runs, in the order of the table.
-        table: one row per run.
-        measures: the measures to examine.
     """
     by_group: dict[Group, list[int]] = {}
     for place, member in enumerate(members):

@@ -31,12 +31,7 @@ class Moment(msgspec.Struct, frozen=True, kw_only=True):
     """A decision that differs between two runs of one seed after the same question.
 
     Attributes:
-        level_run: run of the finding's `level`.
-        reference_run: run of the finding's `reference`.
-        seed: the seed of both.
         step: 1-based step.
-        seed: seed of both runs.
-        question: the kind of question.
         asked: similarity of the prompts: PROMPT, or ALL_BUT_OWN_WORDS, which ignores the agent's memory and messages.
         level_reply: reply in the level's run, cut at LONGEST_REPLY characters.
         reference_reply: reply in the reference's run, cut in the same way.
@@ -59,10 +54,6 @@ class Parting:
 
     Attributes:
         step: 1-based step.
-        seed: seed of both runs.
-        question: the kind of question.
-        asked: similarity of the prompts: PROMPT, or ALL_BUT_OWN_WORDS, which ignores the agent's memory and messages.
-        replies: reply of each run.
     """
 
     step: int
@@ -78,11 +69,6 @@ def partings(
     """Yield the decisions that differ between two runs although the prompts were equal, earliest first.
 
     The search ends at the first step in which the runs have no equal prompts.
-
-    Args:
-        first: a run.
-        second: another run.
-        is_sought: function that selects kinds of questions.
 
     Raises:
         RecordError: a record is damaged.
@@ -180,7 +166,6 @@ class _Lines:
 
 
 def _by_step(run: RunFolder) -> Iterator[Mapping[Numbered, Call]]:
-    """Yield the calls of each step, by question."""
     for _, calls in itertools.groupby(run.calls(), key=lambda call: call.step):
         yield dict(numbered(calls, place_of))
 
@@ -197,7 +182,6 @@ def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]
 
 
 def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) -> list[Any]:
-    """Remove an agent's own words from messages, each text once."""
     contents = [str(message["content"]) for message in messages]
     for words in own_words:
         at = next((place for place, content in enumerate(contents) if words in content), None)

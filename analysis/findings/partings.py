@@ -14,10 +14,6 @@ def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
 
     A run is compared with the first model's run of the same seed and settings. The first model's run has its event at
     the earliest difference from any of these runs. Baselines and unfinished runs have no event.
-
-    Args:
-        members: the runs.
-        model: index of the model in their groups.
     """
     events: list[list[Event]] = [[] for _ in members]
     peers: dict[tuple[object, ...], list[int]] = {}

@@ -24,10 +24,8 @@ class Finding:
 
     Attributes:
         rows: the rows of the contrasts on which it is based, one per level from which it differs; one row for a gap.
-        level: the level.
         higher: whether the level has the higher values.
         compared: number of other levels.
-        means: mean over seeds, by level.
         further: number of other pairs of levels that differ in the measure.
     """
 
@@ -125,12 +123,7 @@ class Finding:
         return min(int(row["n_pairs"]) for row in self.rows)
 
     def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
-        """Return the finding as a sentence without its test; a gap is described as true of these runs only.
-
-        Args:
-            sides: facts about the groups.
-            contexts: short name of each context.
-        """
+        """Return the finding as a sentence without its test; a gap is described as true of these runs only."""
         said = self.line(sides, {}, contexts)
         if len(self.rows) > 1:
             said += f", smallest difference {upright(self.closest)}"
@@ -141,13 +134,7 @@ class Finding:
         return f"{said}, {counted(self.seeds, 'seed')}."
 
     def line(self, sides: Sides, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
-        """Return the finding in one line.
-
-        Args:
-            sides: facts about the groups.
-            names: short name of each level.
-            contexts: short name of each context.
-        """
+        """Return the finding in one line, with short names of levels and contexts."""
         own, least, most = rounded([self.own, *self.others_range])
         values = f"{own} against {least}" + (f" to {most}" if least != most else "")
         if len(self.rows) == 1:
@@ -239,6 +226,5 @@ def other_level(row: Row, level: str) -> str:
 
 
 def _means(row: Row, level: str) -> tuple[float, float]:
-    """Return the mean of a row's level, then the mean of the other level."""
     first, second = float(row["mean_level"]), float(row["mean_reference"])
     return (first, second) if str(row["level"]) == level else (second, first)

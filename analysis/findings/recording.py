@@ -99,14 +99,7 @@ class Examples(Protocol):
 def records_of(
     ranked: Sequence[Finding], sides: Sides, examples: Examples, doubted: Collection[str] = ()
 ) -> list[FindingRecord]:
-    """Return findings as records, without findings whose difference is zero.
-
-    Args:
-        ranked: the findings.
-        sides: facts about the groups.
-        examples: finds example moments.
-        doubted: signatures with measures that cannot be trusted, so that they support no claims.
-    """
+    """Return the findings with a difference as records; those of doubted signatures support no claims."""
     contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
     return [
         _record(
@@ -154,5 +147,4 @@ def _record(finding: Finding, sentence: str, sides: Sides, examples: Examples, *
 
 
 def _number(value: float) -> float | None:
-    """Return a number, or None for NaN, which JSON lacks."""
     return value if math.isfinite(value) else None

@@ -42,8 +42,6 @@ class MatrixColumn(msgspec.Struct, frozen=True):
     """A column of the matrix.
 
     Attributes:
-        title: title of the column.
-        label: title of the measure.
         measure: name of the measure, such as `exploration.coverage`.
         world: world of the column; "" for several.
         blind: score of the blind baseline in the world; None if unknown.
@@ -62,7 +60,6 @@ class MatrixRow(msgspec.Struct, frozen=True):
     """A row of the matrix.
 
     Attributes:
-        name: name of the row, such as a model.
         groups: groups in the row, one per world.
     """
 
@@ -86,8 +83,6 @@ class Matrix(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class _Column:
-    """The estimates of a column by row, with the scores of its baselines."""
-
     head: MatrixColumn
     estimates: Mapping[Group, Estimate]
     blind: float = math.nan
@@ -101,15 +96,7 @@ def matrix(
     validation: pd.DataFrame,
     measures: Sequence[str],
 ) -> Matrix:
-    """Return the matrix.
-
-    Args:
-        compared: the groups.
-        shown: the same groups with their looks.
-        members: the runs.
-        validation: rows of `validation.csv`.
-        measures: measures for the columns if there is only one world, most important first.
-    """
+    """Return the matrix; if there is only one world, its columns are the first of the given measures."""
     worlds = _worlds(members)
     names = list(dict.fromkeys(worlds.values()))
     keys = _row_keys(compared.group_columns, [one for one in shown if not one.baseline], several=len(names) > 1)
@@ -159,7 +146,6 @@ def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) 
 
 
 def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
-    """Return the column of a world, with the world's own score, if it has one."""
     known = facts_of(world)
     if known is None:
         return _Column(MatrixColumn(world, "has no score", world=world), {})

@@ -141,7 +141,6 @@ class Labelling:
         unlabelled: the reason why a message may have no label.
         corrections: corrections of measures by people's labels, by the name of a label.
         why: the reason why people's labels correct nothing, by the name of a label.
-        own: labels with signatures of their own.
     """
 
     labeller: str

@@ -143,13 +143,7 @@ def _row(label: Label, first: str, second: str, seeds: IntArray, same: float, ka
 
 
 def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kappa:
-    """Return Cohen's kappa of two labellers' choices (n,) with a 95 % interval over clusters of texts.
-
-    Args:
-        first: choices of one labeller, indices from 0.
-        second: choices of the other labeller.
-        cluster: cluster of each text, such as its seed.
-    """
+    """Return Cohen's kappa of two labellers' choices (n,), with a 95 % interval over clusters of texts (n,)."""
     return _clustered(lambda used: cohen_kappa(first[used], second[used]), cluster)
 
 
@@ -158,10 +152,6 @@ def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Ka
 
     The interval is a delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1. Choices within a
     cluster are dependent, so clusters are the units.
-
-    Args:
-        statistic: function of a mask of the texts in use, (n,).
-        cluster: cluster of each text, (n,).
     """
     value = statistic(np.ones(len(cluster), dtype=np.bool_)) if len(cluster) else math.nan
     clusters = np.unique(cluster)

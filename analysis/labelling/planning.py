@@ -128,7 +128,6 @@ def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[i
 
 
 def _needed(difference: float, power: float, variance: float, models: Sequence[Sequence[_Stratum]]) -> int | None:
-    """Return the smallest number of labels of each model; None if all labels would not be enough."""
     from scipy.special import ndtri
 
     most = max(sum(one.size for one in strata) for strata in models)

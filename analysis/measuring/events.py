@@ -25,7 +25,6 @@ class Event(msgspec.Struct, frozen=True, array_like=True):
         step: 1-based step; 0 before the first step.
         agent: agent id; None if the event is not about a single agent.
         event: identifier of the event, such as `first_warning`.
-        text: the event in words.
     """
 
     step: int

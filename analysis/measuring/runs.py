@@ -148,12 +148,7 @@ def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
 
 
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
-    """Yield the results of every run, in order; cached runs are not measured again.
-
-    Args:
-        sources: the sweeps.
-        memory: the cache; new results are added, and results of other runs are removed.
-    """
+    """Yield the results of every run, in order; the cache gives known results, and keeps only these runs."""
     seen: set[str] = set()
     for source in sources:
         folders = source.folder.runs()
@@ -170,7 +165,6 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
 
 
 def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
-    """Measure runs of a sweep, in several processes if this is faster."""
     if len(fresh) < PARALLEL_FROM:
         yield from (_measured(folder, source.labelling) for folder in fresh)
         return

@@ -97,13 +97,6 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
 
 @dataclass(frozen=True)
 class _Measured:
-    """A sweep with measured runs.
-
-    Attributes:
-        compared: its groups and baselines.
-        readings: who labelled the texts behind a measure, by the name of the measure.
-    """
-
     folder: SweepFolder
     compared: Comparison
     first: Mapping[Group, RunResult]
@@ -122,7 +115,6 @@ class _Measured:
 
 
 def _measured(sweep: SweepFolder) -> _Measured:
-    """Measure the runs of a sweep, without writing tables."""
     sources = sources_of([sweep], [sweep.path.name], labelled_by_model=False)
     ensure_writable(sweep.analysis_dir)
     with open_memory(sweep.analysis_dir / "measured.sqlite") as memory:

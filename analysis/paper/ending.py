@@ -36,12 +36,8 @@ class Told:
     """The content of the last lines.
 
     Attributes:
-        notes: warnings about the results.
-        study: description of the study in one line.
         folders: folders of the sweeps, as in a command.
-        tables: folder of the tables.
         again: function that returns the command for new seeds, from the measures to declare and the number of pairs.
-        thresholds: sentences on thresholds.
         alone: sentence for a study that compares no groups.
         means: names and values that follow this sentence.
         one_sided: whether only values above 0 count as differences; then the means of groups are not shown.
@@ -129,7 +125,6 @@ class _Shown:
         names: short name of each level, models first.
         contexts: short name of each context.
         main: factor in the table of gaps: the model, or else the first factor.
-        width: columns of the terminal.
     """
 
     told: Told

@@ -16,15 +16,7 @@ _SPACE = "  "
 def gap_lines(
     found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
-    """Return the lines of the table: with a column per level if they fit, else with the lowest and the highest level.
-
-    Args:
-        found: the gaps.
-        names: short name of each level, in order.
-        contexts: short name of each context.
-        sides: facts about the groups, which determine the titles of measures.
-        width: columns of the terminal.
-    """
+    """Return the lines of the table, with a column per level if they fit, else with the lowest and highest level."""
     levels = [level for level in names if any(level in gap.means for gap in found)]
     labels = [_label(gap, contexts, sides, 7 * width // 20) for gap in found]
     sizes = [upright(gap.rows[0]) for gap in found]
@@ -56,7 +48,6 @@ def _ends(gap: Finding, names: Mapping[str, str]) -> list[str]:
 
 
 def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
-    """Return the title of a measure without its unit, or its name if the title is too long."""
     words = sides.describe(gap.rows[0]).label.partition(" (")[0]
     candidates = (words, gap.measure, words.partition(",")[0])
     label = next((text for text in candidates if text_width(text) <= most), gap.measure)

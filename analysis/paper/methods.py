@@ -39,12 +39,7 @@ _ESCAPED = str.maketrans({letter: f"\\{letter}" for letter in "&%$#_{}"} | {"\\"
 
 @dataclass(frozen=True)
 class Basis:
-    """The parts of an analysis from which methods and references are written.
-
-    Attributes:
-        contrasts: one row per measure and pair of groups.
-        filtered: the filter of the runs; "" for all runs.
-    """
+    """The parts of an analysis from which methods and references are written."""
 
     members: Sequence[Member]
     forms: Sequence[FormAnalysis]
@@ -97,7 +92,6 @@ def methods(found: Basis) -> list[str]:
 
 
 def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the recorded digests of each model's weights, the earliest first."""
     digests: dict[str, list[str]] = {}
     for member in members:
         known = digests.setdefault(str(member.folder.config()["model"]["name"]), [])

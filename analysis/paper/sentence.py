@@ -49,10 +49,8 @@ class Sides:
     Attributes:
         unread: share of unreadable decisions, by factor, level and context.
         twins: rows over readable decisions only, by measure, factor, level, reference and context.
-        models: the models that are not baselines.
         runs: class of the runs by factor, level and context; it determines the titles of measures.
         words: descriptions of measures that belong to no signature, by name.
-        readings: who labelled the texts behind a measure, by the name of the measure.
     """
 
     unread: Mapping[tuple[str, str, str], float]

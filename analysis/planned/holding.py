@@ -21,13 +21,7 @@ from foundry.version import __version__
 
 @dataclass(frozen=True)
 class Held:
-    """A preregistration compared with the runs.
-
-    Attributes:
-        sha256: hash of its file.
-        plan: the part of it that the contrasts need.
-        differs: the deviations of the runs from it, in words.
-    """
+    """A preregistration compared with the runs."""
 
     declared: Preregistration
     sha256: str
@@ -117,12 +111,6 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
 
 def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
     """Return the preregistration of a sweep compared with its runs, or None if it has none.
-
-    Args:
-        sweep: the sweep.
-        table: the runs.
-        groups: columns that define groups, one row per run of the table.
-        asked: whether the user named a family or margins, which only the plan may declare.
 
     Raises:
         InputError: the user named a family or margins.

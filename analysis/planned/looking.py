@@ -26,12 +26,7 @@ _ORDINALS = ("", "", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[_Side, str]:
-    """Return a hash of each group's settings, by factor, level and context.
-
-    Args:
-        results: the runs.
-        groups: columns that define groups, one row per run.
-    """
+    """Return a hash of each group's settings, by factor, level and context."""
     own: dict[Group, Mapping[str, Any]] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
         if not result.baseline:

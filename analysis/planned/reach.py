@@ -30,9 +30,7 @@ class Reach:
 
     Attributes:
         pairs: number of pairs of levels of the factor.
-        factor: the factor with the most pairs.
         fewest: minimum number of seeds at which a test can be significant.
-        measures: number of tested measures.
     """
 
     seeds: int
@@ -83,7 +81,6 @@ def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measu
 
 
 def _headlines(forms: Sequence[str]) -> int:
-    """Return the number of primary signatures of the form that has the most."""
     runs = [form_of(form).run for form in dict.fromkeys(forms)]
     parts = [[signature.part(run) for signature in discover()] for run in runs]
     return max(sum(part is not None and part.primary for part in own) for own in parts)

@@ -53,7 +53,6 @@ class FingerprintMap:
 
     Attributes:
         labels: names of the groups, in the order of the dendrogram.
-        measures: names of the measures.
         z: standardised means, (measures, groups); NaN where undefined.
         merges: the merges of the dendrogram, lowest first; empty with fewer than two groups.
     """

@@ -25,10 +25,6 @@ class Pair:
     Attributes:
         label: names of the two groups, first minus second.
         difference: mean of the paired differences; NaN without pairs.
-        low: lower end of the interval, or NaN.
-        high: upper end.
-        pairs: number of pairs.
-        significant: whether the difference is significant after correction.
         equivalent: whether the two groups are equal within the declared margin.
         tested: whether the pair is in the family of tests.
     """
@@ -49,13 +45,7 @@ class Pair:
 
 
 def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
-    """Draw the pairs below each other; a significant difference has a filled mark and a star.
-
-    Args:
-        ax: target axes.
-        pairs: results of one measure.
-        title: title of the measure.
-    """
+    """Draw the pairs below each other; a significant difference has a filled mark and a star."""
     draw_pairs(ax, pairs, [f"n={pair.pairs} {pair.mark}".strip() for pair in pairs])
     ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
     return ax

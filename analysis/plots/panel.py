@@ -55,13 +55,8 @@ class GroupValues:
     """The values of one measure in one group.
 
     Attributes:
-        label: name of the group.
         values: one value per seed (n,); NaN where undefined.
-        mean: mean of the values.
-        low: lower end of its interval, or NaN.
-        high: upper end.
         index: index among all groups, which selects the colour.
-        seeds: the seed of each value.
         baseline: whether the group is only a baseline.
     """
 
@@ -86,14 +81,7 @@ class GroupValues:
 
 
 def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str, scale: Scale = ANY) -> Axes:
-    """Draw the groups below each other, the first on top, each with its number of seeds.
-
-    Args:
-        ax: target axes.
-        groups: results of one measure.
-        title: title of the measure.
-        scale: scale of the values.
-    """
+    """Draw the groups below each other, the first on top, each with its number of seeds."""
     draw_groups(ax, groups, scale)
     label_rows(ax, groups, title)
     return ax

@@ -27,13 +27,9 @@ class Curve:
     """A group's mean by round.
 
     Attributes:
-        label: name of the group.
         mean: mean over runs, (T,).
         low: lower end of its interval over runs, (T,); NaN where undefined.
-        high: upper end.
-        runs: number of runs.
         index: index among all groups, which selects the colour.
-        baseline: whether the group is only a baseline.
         at: positions on the axis, (T,); None means the rounds 1 to T.
     """
 
@@ -52,8 +48,6 @@ class Lanes:
     """The decisions of the agents of one run.
 
     Attributes:
-        label: name of the group.
-        run: the run's id.
         values: decided numbers, or indices of the decided labels, (N, T); NaN without a decision.
         labels: the labels; empty if numbers are decided.
     """

@@ -47,16 +47,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class StripRow:
-    """A row of a strip: the values of one group, with positions in units of the drawing.
-
-    Attributes:
-        mark: name, marker and colour of the group.
-        dots: position of each seed's value.
-        mean: position of the mean; None if undefined.
-        low: position of the lower end of the interval; None if undefined.
-        high: position of the upper end.
-        text: mean and interval as text.
-    """
+    """A row of a strip: the values of one group, with positions in units of the drawing."""
 
     mark: Mark
     dots: tuple[float, ...]
@@ -83,12 +74,7 @@ class Card:
     """A finding on the first screen.
 
     Attributes:
-        finding: numbers and words of the finding.
-        test: result of the test, in words.
-        rows: rows of the strip.
-        more: number of rows that do not fit.
         where: place of the example moment, or the reason why there is none.
-        replies: the two replies of the example moment, if there is one.
         crop: picture of the agent's surroundings; "" if the form draws none.
         compared: address of the comparison of both runs in the viewer; "" if the viewer does not show both runs.
     """

@@ -29,7 +29,6 @@ class Definition:
 
     Attributes:
         module: name of the module, or the path of your own file.
-        blocks: content of the module's docstrings.
     """
 
     module: str

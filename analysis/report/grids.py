@@ -19,8 +19,6 @@ class Grid:
     """A table of the page.
 
     Attributes:
-        columns: titles of the columns.
-        rows: cells; the first cell of a row is its name.
         labels: number of columns, from the left, that contain names instead of numbers.
     """
 

@@ -21,11 +21,7 @@ class Material:
     """The content of a report.
 
     Attributes:
-        sweeps: the sweeps.
         beside: sweeps with the baselines of these sweeps.
-        analysis: the results.
-        labellings: labels of warnings, by the id of a run.
-        examples: plots and tables of single runs.
     """
 
     sweeps: tuple[SweepFolder, ...]

@@ -108,10 +108,7 @@ class Matrix:
     """The matrix of groups and measures on the first screen.
 
     Attributes:
-        caption: how to read it.
-        columns: titles of the columns, first of the measures, then of readability and cost.
         rows: for each group its name and look, its measures, and its readability and cost.
-        more: number of rows that do not fit.
     """
 
     caption: str
@@ -136,7 +133,6 @@ def matrix(found: Material) -> Matrix:
 
 
 def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
-    """Return share of readable decisions, calls, tokens and time of a row."""
     mine = [member for member in found.members if member.shown.group in row.groups and not member.shown.baseline]
     decisions, unreadable = _decisions(mine)
     cost = _cost(mine)
@@ -171,13 +167,7 @@ def claims(found: Material) -> Claims:
 
 
 def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: bool) -> str:
-    """Return a sentence on the possible claims.
-
-    Args:
-        rows: declared rows of the contrasts.
-        found: the findings in these rows.
-        planned: whether anything was declared before the runs.
-    """
+    """Return a sentence on the possible claims from declared rows of the contrasts, and from the findings in them."""
     if not rows:
         return "No groups are compared, so nothing can be claimed."
     different = sum(kind_of(row) == DIFFERENT for row in rows)

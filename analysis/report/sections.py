@@ -34,9 +34,7 @@ class Shape:
     Attributes:
         name: name of its files, without a suffix.
         says: description of the picture for readers who cannot see it.
-        svg: the picture, unless it is shown as PNG.
         source: the PNG as a data URL, or "".
-        links: links to its files.
     """
 
     name: str
@@ -53,11 +51,8 @@ class Section:
     """The section of one signature.
 
     Attributes:
-        name: name of the signature.
         declared: whether one of its measures is declared.
-        definitions: definitions of its measures.
         headline: mean and interval of its headline measures; None if it has none.
-        means: mean and interval of every measure and group.
     """
 
     name: str
@@ -130,7 +125,6 @@ def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
 
 
 def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
-    """Return a row per group and a column per measure, with equal decimals in each column."""
     compared = found.analysis.compared
     seeds = [len(compared.values[one.group]) for one in found.shown]
     columns = [mean_cells([compared.estimates.get((one, of.group)) for of in found.shown], seeds) for one in measures]

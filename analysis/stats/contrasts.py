@@ -72,7 +72,6 @@ class _Asked:
     """The settings that all rows share.
 
     Attributes:
-        plan: the declaration before the runs, if there is one.
         servers: a note on the server of each group (G).
     """
 
@@ -163,7 +162,6 @@ def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
 
 
 def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns that depend on all tests of a factor, such as corrected p values."""
     pair = pair_of(frame).to_numpy(dtype=np.int64)
     p, p_claim, p_equivalence = (frame[name].to_numpy(dtype=np.float64) for name in ("p", "p_claim", "p_equivalence"))
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
@@ -235,7 +233,6 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
 
 
 def _notes(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[str]:
-    """Return, for each row, the reasons why it supports no claim or a weaker one."""
     known = plan.known if plan else ""
     columns = (
         frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")

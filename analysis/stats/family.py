@@ -14,7 +14,6 @@ NO_BEHAVIOUR = frozenset({"cost"})
 
 
 def _claimed() -> list[Signature]:
-    """Return the signatures that are tested if nothing is declared."""
     return [one for one in discover() if one.primary and one.name not in NO_BEHAVIOUR]
 
 

@@ -32,8 +32,6 @@ class Fingerprint:
     """A comparison of L groups by K measures together.
 
     Attributes:
-        levels: labels of the groups (L).
-        measures: the measures (K).
         seeds: the seeds for which every group has a complete run; other seeds are not used.
         z: mean of the standardised measures, levels x measures; 0 is the mean of all groups, 1 the standard deviation
             over all their runs.

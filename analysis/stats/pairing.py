@@ -125,7 +125,6 @@ def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
 
 
 def _comparable(values: SeedValues, found: Sequence[Pair]) -> BoolArray:
-    """Return which measures are comparable within each pair (P, M)."""
     rows = [_means_the_same(values, pair.level, pair.reference) for pair in found]
     return np.array(rows, dtype=np.bool_).reshape(len(found), len(values.measures))
 

@@ -28,10 +28,7 @@ class SeedValues:
     """The values of G groups, S seeds and M measures.
 
     Attributes:
-        columns: names of the columns that define groups.
-        groups: their values in each group, in the order of the first runs (G).
-        seeds: ascending (S).
-        measures: names (M).
+        groups: the values of these columns in each group, in the order of the first runs (G).
         values: mean over the runs of a group and seed, such as repeats with other sampling seeds (G, S, M); NaN where
             a run is missing or the measure is undefined.
         asked: whether the group has a run of the seed, with any status (G, S).
@@ -67,12 +64,7 @@ class SeedValues:
 
 
 def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> SeedValues:
-    """Return one value per group, seed and measure.
-
-    Args:
-        table: the runs.
-        groups: the columns that define groups, one row per run of the table; by default the swept settings.
-    """
+    """Return one value per group, seed and measure; by default, the swept settings define groups."""
     groups = swept_columns(table) if groups is None else groups
     keys: list[Group] = group_keys(groups)
     names = {group: index for index, group in enumerate(dict.fromkeys(keys))}

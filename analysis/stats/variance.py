@@ -53,10 +53,6 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
 
     - variance: the component; NaN if it is unknown. note: the reason.
     - share: its part of the sum of all components; NaN if one of them is unknown.
-
-    Args:
-        table: the runs.
-        groups: columns that define groups, one row per run; by default the swept settings.
     """
     values = seed_values(table, groups)
     values = values.of_measures(comparable_measures(values, ~values.baseline))
@@ -89,7 +85,6 @@ def _settled(variance: FloatArray) -> FloatArray:
 
 
 def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cells]:
-    """Yield the measures that are defined in the same cells, together."""
     own = ~values.baseline
     found = values.values[own].reshape(-1, len(values.measures))
     groups = [group for group, mine in zip(values.groups, own, strict=True) for _ in values.seeds if mine]
@@ -190,6 +185,5 @@ class _Fit:
 
 
 def _sums(values: FloatArray, levels: Levels, count: int) -> FloatArray:
-    """Return the sum of the values (N, K) of each level (count, K)."""
     columns = [np.bincount(levels, weights=column, minlength=count) for column in values.T]
     return np.array(columns, dtype=np.float64).reshape(values.shape[1], count).T

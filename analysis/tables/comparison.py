@@ -64,10 +64,6 @@ def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Compar
 
     Within a group, the value of a seed is the mean over its runs; seeds are the independent units. The 95 % intervals
     are clipped to the possible values of the measure; see `analysis.stats.intervals`.
-
-    Args:
-        table: the runs.
-        groups: columns that define groups, one row per run; by default the swept settings.
     """
     values = seed_values(table, groups)
     measure, group = np.nonzero(values.present.T)

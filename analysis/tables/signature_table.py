@@ -75,7 +75,6 @@ def _copies(results: Sequence[RunResult]) -> dict[str, FloatArray]:
 
 
 def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:
-    """Return a column of settings in which whole numbers stay whole beside null."""
     return pd.Series(settings, index=column.index, dtype=object) if column.isna().any() else column
 
 

@@ -31,13 +31,7 @@ _CAPTION = (
 
 
 def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
-    """Return the content of the first screen, by name in the template.
-
-    Args:
-        folder: the probe.
-        found: its analysis.
-        looked: source of its moments.
-    """
+    """Return the content of the first screen, by name in the template."""
     rows = found.contrasts.to_dict("records")
     marks = _marks(found.frames["moments"])
     claim = sorted(set(found.contrasts["claim"]))
@@ -100,7 +94,6 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
 
 
 def _claims(folder: SweepFolder, found: ProbeAnalysis, rows: Sequence[Row]) -> Claims:
-    """Return the possible claims, and a command that tests the largest distances in other moments."""
     sentence = claimed(rows, found.findings, planned=found.planned)
     measures = measures_to_test(findings([row for row in rows if row["difference"] > 0]))
     command = found.in_other_moments(folder.path, measures) if measures else ""

@@ -67,13 +67,8 @@ class Shown:
 
     Attributes:
         title: agent, step, kind of question and run.
-        distance: distance between the models, as text.
         excess: this distance minus the distance by chance, as text.
         source: the picture as a data URL, or "".
-        why: the reason why there is no picture, or "".
-        alt: description of the picture.
-        prompts: the different prompts of the models.
-        columns: the answers of the models.
     """
 
     title: str
