@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import foundry, refusal, statuses, succeeds
+from commands import refusal, statuses, succeeds
 from foundry.cli import run
 from foundry.commands.sweeps import run_baselines
 from foundry.storing.store import SweepFolder
@@ -144,15 +144,6 @@ def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Pa
     assert [one.config()["world"]["history"]["memory"] for one in grown.runs()] == [1, 2, 3]
     (grown.path / "multirun.yaml").unlink()
     assert "depend on the seed" in refusal("resume", "follows", "seed=4", cwd=there)
-
-
-def test_a_record_that_names_classes_of_others_does_not_grow_unless_they_are_trusted(there: Path):
-    file = there / "s" / "sweep.yaml"
-    kept = file.read_text()
-    file.write_text(kept.replace("foundry.worlds.any.any_policies.Random", "os.system"))
-    done = foundry("resume", "s", "seed=1", cwd=there)
-    file.write_text(kept)
-    assert done.returncode == 2 and "'os.system' is refused" in done.stderr
 
 
 def test_forks_and_probes_grow_by_their_own_commands(workspace: Path):
