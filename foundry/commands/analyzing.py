@@ -197,7 +197,6 @@ def _places(asked: str | None) -> set[Path]:
 
 
 def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:
-    """Return a plan, and the reason why servers did not report their weights ("" if they did)."""
     from analysis.planned.declaring import declared
     from foundry.composing.preflight import declare
 

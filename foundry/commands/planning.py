@@ -98,7 +98,6 @@ def _ollama_hosts(sweep: Sweep) -> list[str]:
 
 
 async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[Finding]]:
-    """Return the models of Ollama servers, and a finding for each server that does not list its models."""
     from foundry.doctor import Finding, Status
     from foundry.models.ollama.info import list_models
 
@@ -367,6 +366,5 @@ def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequ
 
 
 def _rounded(count: int) -> str:
-    """Return a number with two significant digits."""
     digits = len(str(count)) - 2
     return f"{round(count, -digits) if digits > 0 else count:,}"

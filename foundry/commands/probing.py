@@ -123,7 +123,6 @@ def play(
 
 
 def _overrides_alone(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments without `--config-dir` and its folders."""
     folders = list(config_dirs(arguments))
     return [one for one in arguments if one not in (*CONFIG_DIR, *map(str, folders))]
 

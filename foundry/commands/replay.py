@@ -129,7 +129,6 @@ def _folder(runs: Sequence[RunFolder]) -> Path:
 
 
 def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
-    """Write each picture to a file, then yield it."""
     folder.mkdir(parents=True, exist_ok=True)
     for picture in drawn:
         (folder / f"step_{picture.step:04d}.png").write_bytes(picture.png)

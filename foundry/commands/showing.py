@@ -23,13 +23,7 @@ _TABLES = (
 
 
 def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:
-    """Analyse sweeps with options of `analysis.analyze`, and print the findings.
-
-    Args:
-        folders: the sweeps' folders.
-        printed: number of lines that the command has already printed; they count towards the length of its output.
-        options: options of `analysis.analyze`.
-    """
+    """Analyse sweeps with options of `analysis.analyze`, and print the findings below `printed` earlier lines."""
     from analysis import analyze as analyze_folders
 
     with _watched() as watch:
@@ -61,7 +55,6 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
 
 
 def _prepare(folders: Sequence[Path]) -> None:
-    """Prepare the parts of the viewer's pages that take long."""
     from foundry.viewer.forms import prepare
 
     for folder in folders:

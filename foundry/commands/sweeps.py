@@ -248,7 +248,6 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
 
 
 def _print_judged(folder: SweepFolder) -> None:
-    """Print which models have many unreadable replies, and whether the servers are deterministic."""
     from foundry.storing.standing import unread
 
     for replies in unread(folder.runs()):

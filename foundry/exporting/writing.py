@@ -199,7 +199,6 @@ class Mean:
 
     Attributes:
         n: number of runs with a value.
-        mean: the mean; NaN without values.
         sd: standard deviation with ddof 1; NaN with fewer than two values.
         low: lower end of the 95 % interval of the mean; NaN if undefined.
         high: upper end of this interval; NaN if undefined.
@@ -219,7 +218,6 @@ class Scores:
     """The declared measures of a sweep, and their values.
 
     Attributes:
-        measures: the measures.
         of_runs: value by run id and name of the measure; NaN if undefined, no value if the run lacks the measure.
         of_conditions: mean by index of the condition in the sweep, and by name of the measure.
     """

@@ -58,11 +58,7 @@ def model_stack(
 ) -> Model:
     """Wrap a model whose calls cost something, or each such member of a population.
 
-    Args:
-        model: the model.
-        answers: function that opens the cache of answers; it is called once for each model that costs something.
-        info: facts about the model from its server, with those of its members.
-        limit: function that makes the limit on a server's calls in flight.
+    For each of them, `answers` opens the cache of answers, and `limit` makes the limit on calls in flight.
     """
     known = iter(() if info is None else each_info(info))
     return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))

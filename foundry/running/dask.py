@@ -42,7 +42,6 @@ class Site:
 
     Attributes:
         versions: versions of foundry, Python and all packages that can change a record.
-        host: name of the worker's machine.
         sees: whether the worker can read the sweep's file.
     """
 

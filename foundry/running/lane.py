@@ -59,7 +59,6 @@ class LaneSpec:
     Attributes:
         name: name of the worker, by which its progress report is named.
         session: session of its command; a command stops only the workers of its own session.
-        folder: the sweep.
         runs: ids of the runs that it may play, in order; it skips runs that other workers play.
         infos: facts about each model from its server, by `expansion.settings_key`.
         cache: file or database with the cache of answers.
@@ -152,7 +151,6 @@ class Lane:
     """A worker at work.
 
     Attributes:
-        notes: its messages.
         fatal: the cause that must end the sweep, or None.
         stopping: whether it stops after the current step of its runs.
     """
@@ -217,7 +215,6 @@ class Lane:
                 self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
 
     async def _confirm(self) -> None:
-        """Ask the servers, at the end, whether they still have the same weights."""
         for model in self._models.values():
             try:
                 await model.confirm()

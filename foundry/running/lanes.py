@@ -62,7 +62,6 @@ class Lanes:
         return fatal
 
     def _say(self) -> None:
-        """Show each message of the workers once; this process draws the progress bars."""
         for report in self._spec.folder.progress().values():
             for line in report.get("notes", ()):
                 if line not in self._said:

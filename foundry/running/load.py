@@ -54,7 +54,6 @@ class LoadResult:
         per_call_s: time per call while all slots of the server are busy, seconds.
         prompt_tokens: mean number of tokens of a prompt; None if the server does not report it.
         output_tokens: mean number of tokens of a reply; None if the server does not report it.
-        calls: number of all calls.
         repeated: number of calls that failed first and were then repeated.
         undecided: number of calls with an empty reply, or that the model gave up.
     """

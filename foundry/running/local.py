@@ -44,7 +44,6 @@ class SweepJob:
     """The runs to play, and how.
 
     Attributes:
-        folder: the sweep.
         infos: facts about each model from its server, by `expansion.settings_key`.
         cache: file or database with the cache of answers.
         frame_every: n, to store a picture of every n-th step; 0 stores none.
@@ -200,7 +199,6 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
 
 
 def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
-    """Call `after_model` for a model whose runs have ended."""
     if job.after_model is None or not is_served(model):
         return
     reports = job.folder.progress().items()

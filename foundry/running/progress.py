@@ -100,7 +100,6 @@ class Totals(Tally):
         return sum(self._whole(run) - run.calls for run in self.open) + self.share * max(0, unopened)
 
     def _whole(self, run: OpenRun) -> float:
-        """Return the expected number of calls of an open run, at its end."""
         return max(self._length * run.most, (run.calls + run.most) / 2) if self._length < 1 else run.most
 
     @property
@@ -125,7 +124,6 @@ class SweepProgress:
     """Reads the progress of a sweep from the reports of its workers.
 
     Attributes:
-        folder: the sweep.
         before: totals at the beginning of this session, by model.
         free: names of the models without a server, whose calls cost nothing.
     """

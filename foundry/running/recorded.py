@@ -31,10 +31,8 @@ class Difference:
     """The first place where a recorded file differs from what a replay gives now.
 
     Attributes:
-        file: name of the file.
         number: line of the file, from 1; None if the file has no lines.
         field: path of the key in the line, such as "pose.x"; "" for the whole line.
-        recorded: the recorded value.
         now: the value in the replay.
         place: step, agent and kind of the question, if the line belongs to a question.
     """
@@ -141,7 +139,6 @@ class RecordedAsker:
     """Answers the questions of a run from its log of calls, and checks that each question equals the recorded one.
 
     Attributes:
-        calls: the calls in the log.
         used: number of answers that were given.
     """
 

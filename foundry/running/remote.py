@@ -33,7 +33,6 @@ class Fetched:
 
     Attributes:
         folder: the sweep into which they were fetched.
-        runs: ids of the fetched runs.
         damaged: ids of the runs whose files differ from the digests in `run.json`; they count as not ended.
     """
 
@@ -212,8 +211,6 @@ class Played:
     """A chunk that a worker has played.
 
     Attributes:
-        name: name of the worker.
-        runs: ids of the chunk's runs.
         fatal: the cause that must end the sweep, or None.
     """
 

@@ -25,7 +25,6 @@ class Growth:
     """A recorded sweep and a request for more runs.
 
     Attributes:
-        there: the recorded sweep.
         asked: the requested sweep; some of its runs may already be recorded.
         sweep: both sweeps together; the recorded conditions come first, in their order.
     """

@@ -23,7 +23,6 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     Attributes:
         note: id of the note.
-        when: time of the line, ISO 8601, UTC.
         who: name that the author entered.
         run: id of the run; in a probe, id of the run that the moment comes from.
         step: the step, or null for the whole run.

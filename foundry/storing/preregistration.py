@@ -106,9 +106,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         made: time of the plan, UTC.
-        foundry: version of foundry.
         commit: commit of foundry's clone; None outside a clone.
-        asked: the overrides of the sweep.
         models: name of each model, and digest of its weights if its server reports one.
         seeds: all seeds in order; a look uses the first seeds.
         measures: the measures that are tested; all others are exploratory.

@@ -106,7 +106,6 @@ class RunFolder:
     """The folder of one run: the paths of its files, and methods that read them.
 
     Attributes:
-        id: the run's id.
         factors: the swept settings, and their values in this run.
         declared: the world's declaration of its records.
         declared_then: the declaration in `sweep.yaml`; None in sweeps of 0.1, which have none.

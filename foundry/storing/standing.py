@@ -64,12 +64,7 @@ class Failure(msgspec.Struct, frozen=True):
 
 
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
-    """Return the progress of a sweep with each of its models.
-
-    Args:
-        folder: the sweep.
-        summaries: content of `run.json` for each run of the sweep, in order; None for runs that have not ended.
-    """
+    """Return the progress of a sweep with each of its models; `summaries` has `run.json` of each run, in order."""
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
@@ -101,7 +96,6 @@ class Unread:
     """The unreadable replies of a model.
 
     Attributes:
-        replies: number of all replies.
         outcomes: number of unreadable replies, by outcome.
         replies_by_part: for a probe, number of all replies, by edit and format, such as "edit no_fire".
         unread_by_part: for a probe, number of unreadable replies, by edit and format.

@@ -24,7 +24,6 @@ class Drift:
 
     Attributes:
         step: the step, from 1.
-        agents: number of agents that decided.
         decisions: number of decisions; an agent may decide several times in a step.
         acted: share of decisions that differ.
         elsewhere: share of decisions after which the agent is at another place or view; NaN without places.
@@ -49,8 +48,6 @@ class Parting:
 
     Attributes:
         question: the first question that differs, or that only one run has.
-        answer: the first reply that differs.
-        state: the first state that differs.
         drift: a row for each step that both runs have.
     """
 

@@ -90,7 +90,6 @@ def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) 
 
 
 def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
-    """Return the SHA-256 of the lines before the step `at`, for each record file."""
     return {
         f"{stream}.jsonl": sha256_of(_shared(run, stream, at))
         for stream in run.streams

@@ -35,7 +35,6 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         format: version of the format.
         sweep: name of the sweep's folder.
-        runs: number of runs.
         versions: versions of foundry, Python and the packages that can change a record, where the bundle was made.
         git_commit: commit of foundry's clone there, or null.
         files: all other files of the bundle, in their order.

@@ -142,7 +142,6 @@ def _log(text: str, *values: object) -> None:
 async def _asked(
     member: Model, calls: Sequence[Repeatable], others: Sequence[Repeatable]
 ) -> tuple[list[Reply], list[Reply]]:
-    """Return the replies to calls that are sent one after another, and to the same calls together with others."""
     model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
@@ -186,7 +185,6 @@ def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: 
 
 
 def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
-    """Return the first item of each list, then the second of each, and so on."""
     rounds = itertools.zip_longest(*([(one,) for one in each] for each in lists), fillvalue=())
     return [one for places in rounds for place in places for one in place]
 

@@ -42,7 +42,6 @@ def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts:
 
 
 def _member_names(members: Any) -> list[Any]:
-    """Return the names of the models of a population; [] for a single model."""
     if not isinstance(members, Mapping):
         return []
     models = [one.get("model") for one in members.values() if isinstance(one, Mapping)]

@@ -78,7 +78,6 @@ def own_packages(sweep: Sweep) -> list[str]:
 
 
 def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield the path and the value of every key at any depth."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield (*path, str(key)), inner
@@ -163,7 +162,6 @@ def check_settings(settings: Mapping[str, Any]) -> None:
 
 
 def _configured() -> Iterator[str]:
-    """Yield the addresses of servers in the user's own defaults and folders."""
     folders = own_code.own_folders()
     for file in (paths.user_config_file(), *(file for folder in folders for file in folder.rglob("*.yaml"))):
         if file.is_file():

@@ -65,7 +65,6 @@ class Verified:
     """The result for one run.
 
     Attributes:
-        run: id of the run.
         verdict: whether the records follow from the recorded answers.
         lines: number of lines that were compared and are identical.
         calls: number of questions that were asked again and are identical.
@@ -170,7 +169,6 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
 
 
 def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
-    """Verify some runs in another process, which must be told the user's own folders."""
     use(own)
     share_cores(workers)
     wanted = set(ids)
@@ -289,7 +287,6 @@ def _check_status(summary: RunSummary | None) -> None:
 
 
 def _check_failure(error: Exception, summary: RunSummary | None) -> None:
-    """Raise an error unless a replay fails with the recorded error of the run."""
     now = (type(error).__name__, str(error) or type(error).__name__)
     then = (summary.error_type, summary.error) if summary is not None else (None, None)
     if now != then:

@@ -132,7 +132,6 @@ def usage(call: Call) -> ModelUsage | None:
 
 
 def _metadata(call: Call) -> dict[str, Any]:
-    """Return facts about a call for which Inspect has no field."""
     return {
         "step": call.step,
         "agent": call.agent,
