@@ -26,7 +26,7 @@ LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
 
 def call(program: str, *arguments: str) -> None:
-    """Run a program of the virtual environment; its failure is ours."""
+    """Run a program of the virtual environment; if it fails, exit with its code."""
     end(start(program, *arguments))
 
 
@@ -38,30 +38,30 @@ def start(program: str, *arguments: str) -> subprocess.Popen[bytes]:
 
 
 def end(process: subprocess.Popen[bytes]) -> None:
-    """Wait for a program; its failure is ours."""
+    """Wait for a program to end; if it fails, exit with its code."""
     code = process.wait()
     if code != 0:
         sys.exit(code)
 
 
 def environment() -> dict[str, str]:
-    """Return the environment in which bytecode is written: tests start many processes that would compile."""
+    """Return the environment variables without the one that forbids bytecode, since tests start many processes."""
     return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def call_tests(*arguments: str, processes: int = 2) -> None:
-    """Run tests in several processes, a folder in one: see tests/conftest.py."""
+    """Run tests in several processes; all tests of a folder run in the same process (see tests/conftest.py)."""
     call("python", "-m", "compileall", "-q", "foundry", "analysis", "hydra_plugins")
     call("python", "-m", "pytest", "-n", str(processes), "--dist", "loadscope", *arguments)
 
 
 def pip_install(*packages: str) -> tuple[str, ...]:
-    """Return the arguments of Python that install packages; what they import is compiled when it is first used."""
+    """Return the arguments of Python that install packages, which are compiled when they are first imported."""
     return ("-m", "pip", "install", "--quiet", "--no-compile", *packages)
 
 
 def install(extra: str = "") -> None:
-    """Make .venv and install foundry in it, editable, with an extra; again only after a change."""
+    """Make .venv and install foundry there, editable, with an extra; do nothing if pyproject.toml has not changed."""
     wanted = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     stamps = [VENV / f"installed-{kind}" for kind in {extra or "plain", "dev"}]
     if any(stamp.exists() and stamp.read_text(encoding="utf-8") == wanted for stamp in stamps):
@@ -73,19 +73,19 @@ def install(extra: str = "") -> None:
 
 
 def develop() -> None:
-    """Install what the linter, the type checker and the tests need."""
+    """Install the packages that the linter, the type checker and the tests need."""
     install("dev")
     ensure_rendering()
 
 
 def setup() -> None:
-    """Make .venv with foundry in it, and the system's library for drawing 3D scenes where it may be installed."""
+    """Install foundry in .venv, and, if this user may, the system's library that draws 3D scenes."""
     install()
     ensure_rendering()
 
 
 def ensure_rendering() -> None:
-    """Install the system's drawing library where it is missing and may be installed; else say which it is."""
+    """Install the system's library that draws 3D scenes, if it is missing; if that fails, print how to install it."""
     stamp = VENV / "draws"
     if stamp.exists():
         return
@@ -98,7 +98,7 @@ def ensure_rendering() -> None:
 
 
 def ensure_browser(names: tuple[str, ...] = CHROMIUM) -> None:
-    """Install a browser that the tests of pages use, by its first name, where it may be installed; else say so."""
+    """Install a browser for the tests of pages, if none of these is installed; if that fails, print how to."""
     if any(map(shutil.which, names)):
         return
     install_packages(names[0])
@@ -107,7 +107,7 @@ def ensure_browser(names: tuple[str, ...] = CHROMIUM) -> None:
 
 
 def install_packages(*names: str) -> None:
-    """Install packages of the system where that may be done."""
+    """Install packages of the system with apt-get, if this user may."""
     if shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0:
         subprocess.run(["apt-get", "update", "-qq"], check=False)
         subprocess.run(["apt-get", "install", "-y", "-qq", *names], check=False)
@@ -120,7 +120,7 @@ def draws() -> bool:
 
 
 def smoke() -> None:
-    """Run the main job end to end on scripted models: a sweep, its comparison table and its plots."""
+    """Play, analyse and compare a small sweep of scripted models."""
     install()
     folder = tempfile.mkdtemp(prefix="foundry-smoke-")
     call("foundry", "+sweep=first", "model=scripted/random,scripted/avoid", f"output.dir={folder}/sweep")
@@ -140,7 +140,7 @@ def pages() -> None:
 
 
 def firefox() -> None:
-    """Run the tests that walk the main path of the pages in Firefox."""
+    """Run the tests that use the most important pages in Firefox."""
     develop()
     ensure_browser(FIREFOX)
     call("python", "-m", "pytest", "-n", "0", "-m", "firefox")
@@ -155,7 +155,7 @@ def rest() -> None:
 
 
 def everything() -> None:
-    """Run check, smoke, and the tests of test and rest, as `.ci/run` does; check types beside the rest."""
+    """Run check, smoke, test and rest, as `.ci/run` does."""
     develop()
     ensure_browser()
     with start("mypy") as types:
@@ -167,7 +167,7 @@ def everything() -> None:
 
 
 def exhaustive() -> None:
-    """Run the tests of every scene and of thousands of examples, ten minutes."""
+    """Run the longest tests: every scene, and thousands of examples; takes ten minutes."""
     develop()
     ensure_browser()
     call_tests("-m", "exhaustive and not (real_server or cluster or local_models or exports or firefox)")
@@ -180,7 +180,7 @@ def cluster() -> None:
 
 
 def install_cluster() -> None:
-    """Install what sweeps on several machines need."""
+    """Install the packages that sweeps on several machines need."""
     develop()
     if not shutil.which("initdb") and not list(Path("/usr/lib/postgresql").glob("*/bin")):
         install_packages("postgresql")
@@ -201,14 +201,14 @@ def local_models() -> None:
 
 
 def servers() -> None:
-    """Install llama.cpp's server, which comes ready built, and run the tests against real servers."""
+    """Install the server of llama.cpp, and run the tests against it."""
     develop()
     call("python", *pip_install("xllamacpp", "gguf", "tokenizers"))
     call("python", "-m", "pytest", "-n", "0", "-m", "real_server")
 
 
 def exports() -> None:
-    """Install the tools that read exports, and run the tests that open exports with them."""
+    """Install the tools that read exports, and run the tests that open exports with these tools."""
     develop()
     ensure_browser()
     call("python", *pip_install("--editable", ".[dev,inspect,eee]", "polars"))
@@ -229,7 +229,7 @@ def lint() -> None:
 
 
 def bench() -> None:
-    """Print the measured figures of benchmarks/README.md; takes three quarters of an hour."""
+    """Run all benchmarks, and print the figures of benchmarks/README.md; takes 45 minutes."""
     install_cluster()
     install_local_models()
     ensure_browser()
@@ -238,7 +238,7 @@ def bench() -> None:
 
 
 def docs() -> None:
-    """Build the documentation as a site in site/, readable without a network; a dead link fails."""
+    """Build the documentation as a site in site/, which needs no network; fail at a dead link."""
     develop()
     call("python", *pip_install("--editable", ".[dev,docs]"))
     call("mkdocs", "build", "--strict")

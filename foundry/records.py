@@ -17,7 +17,7 @@ NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class Outcome(StrEnum):
-    """The outcome of a model call. The last four outcomes leave the agent where it is."""
+    """The outcome of a model call. After any of the last four outcomes, the agent stays where it is."""
 
     CHOSEN = "chosen"  # parsed as requested
     REPAIRED = "repaired"  # found by the fallback parser
@@ -28,10 +28,10 @@ class Outcome(StrEnum):
 
 
 class Counts(msgspec.Struct, kw_only=True):
-    """Totals over a run: calls and the sources of answers, tokens, records and outcomes.
+    """Totals over a run: its calls, tokens, records and outcomes.
 
-    `model_s` is the time of all answers, seconds; cached answers count with their original time; null where unknown.
-    `cached_tokens` is the number of prompt tokens from servers' prompt caches; null if not reported.
+    `model_s` is the sum of the times of all answers, seconds, where a cached answer counts with its original time.
+    `cached_tokens` is the number of prompt tokens that servers had in their own caches. Both are null if unknown.
     """
 
     calls: int = 0
@@ -55,7 +55,7 @@ class Counts(msgspec.Struct, kw_only=True):
 
 
 def reused_share(counts: Iterable[Counts]) -> float | None:
-    """Return the share of prompt tokens from servers' prompt caches; None if not reported."""
+    """Return the share of prompt tokens that servers had in their own caches; None if no server reports it."""
     counted = [one for one in counts if one.cached_tokens is not None]
     prompt_tokens = sum(one.prompt_tokens for one in counted)
     return sum(one.cached_tokens or 0 for one in counted) / prompt_tokens if prompt_tokens else None
@@ -66,18 +66,18 @@ def _increment(counter: dict[str, int], key: str) -> None:
 
 
 class Record(msgspec.Struct, frozen=True, kw_only=True):
-    """Base class of everything that a world records; `stream` names the file of the record."""
+    """The base class of all records of a world; `stream` is the name of the record's file without `.jsonl`."""
 
     stream: ClassVar[str] = ""
 
     @property
     def decision(self) -> str | int | float | None:
-        """The action of a step as its world declares it; None without a decision."""
+        """The decision in the form that the world declares; None if there is no decision."""
         action: str | int | float | None = getattr(self, "action", None)
         return action
 
     def tally(self, counts: Counts) -> None:
-        """Add this record to the totals of its run."""
+        """Count this record in the totals of its run."""
 
 
 class Agent(Record, frozen=True, kw_only=True):
@@ -125,15 +125,15 @@ class RoundStep(Record, frozen=True, kw_only=True):
 
 
 SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""The choices of a question that asks only for words, and the choice of an unreadable reply."""
+"""The choices of a question that asks for a message only, and the choice of an unreadable reply."""
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
-    """Return the choice of a line of `steps.jsonl`, as in tables of probes.
+    """Return the choice in a line of `steps.jsonl`, as the tables of probes name it.
 
     Args:
-        line: with `kind`, `action`, `outcome` and `message`.
-        deciding: kinds of question that ask for a decision; others only ask for words.
+        line: a line with `kind`, `action`, `outcome` and `message`.
+        deciding: kinds of question that ask for a decision; all others ask for a message only.
     """
     if line.outcome not in (Outcome.CHOSEN, Outcome.REPAIRED):
         return UNREAD
@@ -200,7 +200,7 @@ class GridStep(Record, frozen=True, kw_only=True):
 
 
 class Message(Record, frozen=True, kw_only=True):
-    """One recipient of one delivered message (`messages.jsonl`)."""
+    """A delivered message, with one of its recipients (`messages.jsonl`)."""
 
     stream: ClassVar[str] = "messages"
 
@@ -231,14 +231,12 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""The kinds of command in a 3D world, without amounts: the direction of the translation, else of the turn, else of the
-gaze. The first kind is for commands that move nothing.
-"""
+"""The kinds of command in a 3D world, by its translation, else its turn, else its gaze; "stay" if it moves nothing."""
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 
 def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> str:
-    """Return the kind of a command, one of COMMAND_KINDS, from its degrees and metres; 0 means no request."""
+    """Return the kind of a command (one of COMMAND_KINDS), given degrees and metres; 0 means that it does not ask."""
     if distance > 0:
         return _QUARTERS[math.floor((bearing + 45) % 360 / 90) % 4]
     if turn:
@@ -356,7 +354,7 @@ class SeenImage(Record, frozen=True, kw_only=True):
 
 
 class Attempt(msgspec.Struct, frozen=True, kw_only=True):
-    """A failed try of a call: its error and its duration, seconds."""
+    """A failed try of a call: its error, its duration in seconds, and whether the server said that it was busy."""
 
     error: str
     elapsed_s: float
@@ -416,7 +414,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Member(msgspec.Struct, frozen=True, kw_only=True):
-    """One of the models of a mixed population: its name, its digest, and the ids of its agents."""
+    """One of the models of a population: its name, its digest, and the ids of its agents."""
 
     model: str
     digest: str | None

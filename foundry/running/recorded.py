@@ -4,6 +4,7 @@ import asyncio
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from os.path import commonprefix
 from typing import Any
 
 import msgspec
@@ -79,9 +80,7 @@ def excerpts(one: Any, other: Any) -> tuple[str, str]:
     """Return two different values as short texts, which show the first character that differs."""
     if not (isinstance(one, str) and isinstance(other, str)):
         return _short(repr(one)), _short(repr(other))
-    common = next((i for i, pair in enumerate(zip(one, other, strict=False)) if pair[0] != pair[1]), None)
-    at = min(len(one), len(other)) if common is None else common
-    start = max(0, at - _BEFORE)
+    start = max(0, len(commonprefix([one, other])) - _BEFORE)
     return _excerpt(one, start), _excerpt(other, start)
 
 
@@ -202,8 +201,7 @@ class RecordedAsker:
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Return the recorded replies."""
-        self.used += len(requests)
-        return [reply_of(self._call(request)) for request in requests]
+        return [reply.result() for reply in self.begin(requests)]
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
         """Return the recorded replies, which are all available at once."""

@@ -4,6 +4,7 @@ Step, agent, kind of question, and the number of earlier equal questions identif
 """
 
 import itertools
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias, TypeVar
 
@@ -22,12 +23,11 @@ def place_of(call: Call) -> Asked:
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
     """Yield items of a run in order; before each comes its question, and how often that was asked before."""
-    counts: dict[Asked, int] = {}
+    counts: Counter[Asked] = Counter()
     for item in items:
         here = place(item)
-        before = counts.get(here, 0)
-        counts[here] = before + 1
-        yield (here, before), item
+        yield (here, counts[here]), item
+        counts[here] += 1
 
 
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
