@@ -10,7 +10,7 @@ import re
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 
 from foundry.worlds.camera.language.lexicon import LEXICON, Act, Dimension, Kind, Word
 
@@ -375,18 +375,10 @@ def find_sentences(text: str) -> list[Sentence]:
 
 
 def last_sentence(text: str) -> str:
-    """Return the last sentence of a cleaned text with a letter or a digit, or ""."""
-    last = len(text)
-    while last and not text[last - 1].isalnum():
-        last -= 1
-    end, low = _END.search(text, last), last
-    while low:
-        high, low = low, max(0, low - MAX_REACH)
-        ends = list(_END.finditer(text, low, high))
-        if ends:
-            low = ends[-1].end()
-            break
-    return text[low : end.end() if end else len(text)] if last else ""
+    """Return the last sentence of a cleaned text that has a letter or a digit, or ""."""
+    ends = [0, *(match.end() for match in _END.finditer(text)), len(text)]
+    sentences = (text[start:end] for start, end in reversed([*pairwise(ends)]))
+    return next((sentence for sentence in sentences if any(map(str.isalnum, sentence))), "")
 
 
 def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
