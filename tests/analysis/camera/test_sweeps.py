@@ -1,7 +1,5 @@
 """Sweeps of 3D worlds: reading, tables, plots; alone and beside those of 2D worlds."""
 
-import math
-
 import msgspec
 import pandas as pd
 import pytest
@@ -28,19 +26,6 @@ def test_a_sweep_loads_as_tidy_tables(camera_sweep):
 
 def test_a_sweep_of_2d_runs_has_no_episodes(make_sweep):
     assert len(analysis.load(make_sweep([make_condition("a", [0])]).path).episodes) == 0
-
-
-def test_the_arrays_hold_what_the_lines_say(camera):
-    recorded = camera(3)
-    run, rows = recorded.run, read_records(recorded.folder, recorded.folder.summary()).steps
-    assert isinstance(run, CameraRun)
-    assert run.foot.shape == (31, 3)
-    row = rows[10]
-    assert run.foot[10].tolist() == [row.pose.x, row.pose.y, row.pose.z]
-    assert (run.yaw[11], run.pitch[11]) == (row.pose_next.yaw, row.pose_next.pitch)
-    assert run.stay[10] == row.command["stay"]
-    assert run.target_px[10] == row.target_visible_px
-    assert [math.isnan(value) for value in run.distance[1:]] == [one.distance_to_goal is None for one in rows]
 
 
 @pytest.mark.parametrize("name", ["steps.jsonl", "episode.jsonl"])

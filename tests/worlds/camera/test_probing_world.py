@@ -169,13 +169,6 @@ def test_pictures_are_not_kept_where_nobody_asks_for_them(rooms: Path):
     assert isinstance(answer, ProbeStep) and answer.image is None and answer.frames == ()
 
 
-@pytest.mark.slow
-def test_the_same_seed_asks_the_same_and_another_one_something_else(rooms: Path):
-    questions = [[one.question for one in known(rooms, seed)[1]] for seed in SEEDS]
-    assert [one.question for one in scenario(rooms).prepared(2).probes] == questions[2]
-    assert len({str(one) for one in questions}) == len(SEEDS)
-
-
 def test_a_scene_that_never_allows_a_question_is_refused_in_one_line(rooms: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("foundry.worlds.camera.probing_world.DRAWS", 3)
     with pytest.raises(InputError, match="none that allows order. Ask fewer, or change world.frames") as refusal:

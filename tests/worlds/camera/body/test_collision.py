@@ -9,11 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from foundry.errors import InputError
-from foundry.paths import assets_dir
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.surfaces import Surfaces
 from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
-from foundry.worlds.camera.loading.stage import load_scene
 from quad_scenes import box, floor, quad, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)
@@ -299,18 +297,3 @@ def test_no_move_tunnels_through_one_thin_wall(turn, gap, aside, length):
     world = Collider(scene(floor(-60, -60, 60, 60), wall(*ends)), bounds=np.array([[-60, -60, -1], [60, 60, 3]]))
     motion = world.move(OPEN, turn + math.degrees(math.asin(aside)), length, BODY, slide=True)
     assert motion.foot[:2] @ ahead <= gap - BODY.radius_m + 1e-5
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(assets_dir().glob("*.usd*")), ids=lambda path: path.stem)
-def test_walks_in_every_shipped_scene_keep_the_body_clear_and_within_bounds(path):
-    world = Collider(load_scene(path))
-    (low, high), corners, rng = world.bounds, Surfaces(world.scene).corners, np.random.default_rng(11)
-    starts = places_with_room(world)[:3]
-    assert starts
-    for foot in starts:
-        for _ in range(8):
-            motion = world.move(foot, rng.uniform(0, 360), rng.uniform(0, 4), BODY, slide=bool(rng.integers(2)))
-            assert is_clear(corners, motion.track, BODY)
-            assert (motion.foot >= low - 1e-3).all() and (motion.foot <= high + 1e-3).all()
-            foot = motion.foot
