@@ -288,6 +288,7 @@ def test_a_walk_among_random_obstacles_keeps_clear_and_comes_no_less_far_when_it
 
 
 @given(st.floats(0, 359), st.floats(0.3, 2.4), st.floats(-0.9, 0.9), st.floats(0.01, 50))
+@settings(max_examples=25)
 def test_no_move_tunnels_through_one_thin_wall(turn, gap, aside, length):
     """The wall stands across the way at any angle; its far side is never reached."""
     angle = math.radians(turn)

@@ -20,7 +20,6 @@ from foundry.worlds.camera.eye.overview import (
     projected,
     with_inset,
 )
-from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.loading.scene import Scene
 
 FOOT = np.array([0.5, 0.5, 0.0])
@@ -54,13 +53,12 @@ def test_the_agent_is_a_red_person_seen_through_the_walls_and_drawn_where_it_sta
 
 
 def test_the_way_so_far_is_drawn_and_nothing_of_one_frame_stays_in_the_next(room: Scene) -> None:
-    assert orange(overview(room)).sum() == 0
-    assert orange(overview(room, trail=TRAIL)).sum() > 200
-    first = png(overview(room))
+    alone = overview(room)
+    assert orange(alone).sum() == 0 and orange(overview(room, trail=TRAIL)).sum() > 200
     overview(room, trail=TRAIL, caption="step 2", height_m=1.2, elevation_deg=ABOVE_DEG)
-    assert png(overview(room)) == first
+    assert np.array_equal(overview(room), alone)
     near = overview(room, bounds=np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]]))
-    assert reddish(near).sum() > 3 * reddish(overview(room)).sum()
+    assert reddish(near).sum() > 3 * reddish(alone).sum()
 
 
 def test_the_inset_is_the_view_scaled_to_a_place_of_its_own() -> None:
@@ -71,9 +69,7 @@ def test_the_inset_is_the_view_scaled_to_a_place_of_its_own() -> None:
     assert image[:400].min() == 255
 
 
-@pytest.mark.parametrize(
-    ("elevation", "shape"), [(32.0, (384, 512)), (60.0, (512, 384)), (ABOVE_DEG, (200, 800)), (ABOVE_DEG, (384, 512))]
-)
+@pytest.mark.parametrize(("elevation", "shape"), [(32.0, (384, 512)), (60.0, (512, 384)), (ABOVE_DEG, (200, 800))])
 def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, shape: tuple[int, int]) -> None:
     """All around the inset is paper, and the whole way is seen."""
     view = np.full((*shape, 3), (0, 0, 200), np.uint8)
@@ -94,7 +90,7 @@ def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, sha
     st.sampled_from([ASIDE_DEG, 50.0, ABOVE_DEG, 90.0]),
     st.sampled_from([(288, 216), (288, 288), (288, 100)]),
 )
-@settings(max_examples=25)
+@settings(max_examples=10)
 def test_scenes_of_every_shape_share_the_frame_with_an_inset(
     size: Any, elevation: float, inset: tuple[int, int]
 ) -> None:
