@@ -28,7 +28,7 @@ class SeedValues:
     """The values of G groups, S seeds and M measures.
 
     Attributes:
-        groups: the values of these columns in each group, in the order of the first runs (G).
+        groups: values of `columns` in each group, in the order of the first runs (G).
         values: mean over the runs of a group and seed, such as repeats with other sampling seeds (G, S, M); NaN where
             a run is missing or the measure is undefined.
         asked: whether the group has a run of the seed, with any status (G, S).
