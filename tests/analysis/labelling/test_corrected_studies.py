@@ -5,6 +5,7 @@ import json
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import analysis
@@ -55,46 +56,46 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
     return SweepFolder.open(folder / "out")
 
 
-def compared(sweep: SweepFolder) -> tuple[dict[str, Any], str]:
+def compared(sweep: SweepFolder) -> tuple[dict[str, Any], str, pd.DataFrame]:
+    """Return the row and the sentence of the share, and the table of runs."""
     found = analysis.analyze([sweep.path], family=[SHARE])
     rows = found.contrasts
     [row] = rows[rows["measure"] == SHARE].to_dict("records")
     [sentence] = [one for one in found.summary if SHARE in one]
-    return row, sentence
+    return row, sentence, found.runs
 
 
 @pytest.mark.slow
 def test_two_models_that_warn_in_different_words_differ_to_the_rule_and_not_to_people(study: SweepFolder, tmp_path):
-    by_rule, sentence = compared(study)
+    by_rule, sentence, _ = compared(study)
     assert by_rule["significant"] and abs(by_rule["difference"]) > 0.2
     assert "than qwen3:4b, as labelled by rule 4: " in sentence
     texts = label_all(study, WARNING, "ana", lambda one: truth(one.text), 120)
-    corrected, sentence = compared(study)
+    corrected, sentence, runs = compared(study)
     assert not corrected["significant"] and corrected["low"] < 0 < corrected["high"]
     assert f"corrected with {texts} labels of 1 person" in sentence
-    runs = analysis.analyze([study.path]).runs
     assert runs[f"{SHARE}_uncorrected"].nunique() > 2, "the share by the rule stands beside it"
     assert runs.groupby("model")[SHARE].mean().to_numpy() == pytest.approx(0.4, abs=0.1)
     notes = (study.analysis_dir / "summary.md").read_text(encoding="utf-8")
     said = "labels of warnings by rule 4, without this correction: precision"
     assert f"warnings are corrected with {texts} labels of 1 person; {said}" in notes
     label_all(study, WARNING, "ben", lambda one: truth(one.text), 120)
-    assert "labels of 2 people" in compared(study)[1]
+    _, sentence, again = compared(study)
+    assert "labels of 2 people" in sentence
     planned = succeeds("plan", "--pilot", str(study.path), "--labels", "warning", cwd=tmp_path)
     assert "errors of the rule from people's labels" in planned.stdout
     succeeds("bundle", str(study.path), str(tmp_path / "study.foundry"), cwd=tmp_path)
     succeeds("unbundle", "study.foundry", "copy", cwd=tmp_path)
     copy = analysis.analyze([tmp_path / "copy"]).runs
-    again = analysis.analyze([study.path]).runs
     assert copy[SHARE].tolist() == again[SHARE].tolist()
     succeeds("verify", "copy", cwd=tmp_path)
 
 
 @pytest.fixture
 def talk(make_sweep) -> SweepFolder:
-    """Two models of six seeds that say unlike texts, some in other languages; all actions of the first can be read."""
+    """Two models of four seeds that say unlike texts, some in other languages; all actions of the first can be read."""
     texts = {"a": ("Feuer!", "hello", "there is smoke"), "b": ("hello", "bonjour", "no fire here")}
-    conditions = [make_condition(model, range(6)) for model in texts]
+    conditions = [make_condition(model, range(4)) for model in texts]
     habits = {model: Habits(texts=said, unreadable=0.1 * (model == "b")) for model, said in texts.items()}
     return make_sweep(conditions, habits)
 
@@ -128,7 +129,7 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     label_all(talk, WARNING, "ana", lambda one: "yes" if one.seed < 0 else "unclear")
     note = next(one for one in analysis.analyze([talk.path]).notes if "not corrected" in one)
     assert "have a label by a person, but" in note and f"continue with foundry play {talk.path} --label warning" in note
-    old = [item for item in items_of(talk, WARNING) if item.seed < 4]
+    old = [item for item in items_of(talk, WARNING) if item.seed < 2]
     empty = Sample(label="warning", question_sha256=WARNING.question_sha256, seed=0)
     sample = extended(empty, WARNING, old, dict.fromkeys(item.run for item in old), 10_000)
     folder = LabelFolder.of(talk, "warning")
