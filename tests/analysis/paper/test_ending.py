@@ -197,9 +197,9 @@ def test_the_command_for_new_seeds_asks_for_the_same_study_and_for_as_many_seeds
 @pytest.mark.slow
 def test_a_study_of_the_shipped_world_ends_with_who_flees_who_stays_and_who_warns(tmp_path):
     models = "model=scripted/random,scripted/avoid,scripted/seek"
-    done = foundry("-m", models, "seed=0-6", "world.steps=15", "output.dir=out", cwd=tmp_path)
+    done = foundry("-m", models, "seed=0-8", "world.steps=20", "output.dir=out", cwd=tmp_path)
     lines = done.stdout.splitlines()
-    start = next(place for place, line in enumerate(lines) if line.startswith("21 of 21 runs complete in out, "))
+    start = next(place for place, line in enumerate(lines) if line.startswith("27 of 27 runs complete in out, "))
     last = lines[start:]
     assert len(last) <= MOST_LINES and max(map(len, last)) <= WIDEST
     for said in ("avoid steps away from fires more than all others", "seek stays where it is more", "avoid warns its"):
