@@ -93,12 +93,9 @@ def _token(match: re.Match[str]) -> Token:
         return Token(LEXICON[text], text)
     if match.lastgroup == "digits":
         value = _value(text.lstrip("+-"))
-        signed = text[0] in "+-"
-        return (
-            Token(_UNKNOWN, text)
-            if value is None
-            else Token(_DIGITS, text, -value if text[0] == "-" else value, signed)
-        )
+        if value is None:
+            return Token(_UNKNOWN, text)
+        return Token(_DIGITS, text, -value if text[0] == "-" else value, text[0] in "+-")
     if text.endswith("ly") and len(text) > _SHORTEST_ADVERB:
         return Token(_ADVERB, text)
     return Token(_SIGNS[match.lastgroup or "unknown"], text)
