@@ -147,6 +147,7 @@ def test_who_sees_that_a_run_was_started_anew_finds_nothing_of_before(
     first = RunWriter(folder, "")
     first.append([step(1, 0)])
     first.append_calls([call(step(1, 0), "action", "go", "")])
+    assert [one.text for one in folder.calls()] == ["go"], "it can be read before the run has ended"
     first.close()
     found: list[bytes] = []
 
