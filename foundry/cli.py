@@ -98,7 +98,7 @@ def _in_the_way(error: ImportError) -> FoundryError:
 
 
 def _is_typer(argv: Sequence[str]) -> bool:
-    """Return whether Typer reads this command line, and not Hydra; reject what is neither a command nor an override."""
+    """Return True if Typer reads this command line, False if Hydra does; reject a mistyped command."""
     if COMPLETE in os.environ:
         return True
     first = argv[0] if argv else ""

@@ -24,7 +24,7 @@ FILE_WIDTH = 200
 
 _FLAGS = {"-q": -1, "--quiet": -1, "-v": 1, "--verbose": 1}
 _loudness: ContextVar[int] = ContextVar("loudness", default=0)
-"""How much a command prints besides its result: nothing (-1), as usual (0) or more (1)."""
+"""The amount of text besides the result: none (-1), the usual amount (0) or more (1)."""
 
 
 @contextlib.contextmanager

@@ -189,7 +189,7 @@ class DaskRunner(Runner):
                 yield functools.partial(self._play_remotely, client, job, runs)
 
     def _play(self, client: Any, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
-        """Give all runs to every worker; each plays the runs that no other worker plays, also those of dead workers."""
+        """Give the whole list of runs to every worker; a worker also plays runs whose worker has died."""
         spec = self.spec(job, runs, number)
 
         def attempt() -> str | None:

@@ -248,7 +248,7 @@ class Speed:
 
 
 def left_s(speeds: Mapping[str, Speed], totals: Mapping[str, Totals], free: Collection[str]) -> dict[str, float]:
-    """Return the seconds until all runs of a model have ended, for each model about which this can be told.
+    """Return the seconds until all runs of a model have ended, for each model for which it is not too early.
 
     A model that waits for its turn is assumed to be as fast as the models before it. Models in `free` take no time.
     """

@@ -112,7 +112,7 @@ class RemoteSweep:
         return SweepFolder.open(path)
 
     def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
-        """Fetch those of the given runs that have ended at the URL but not in the folder."""
+        """Fetch each of these runs that has ended at the URL, but not in the folder."""
         there = self.ended()
         wanted = [run for run in runs if run.id in there and not run.ended]
         whole = {run.id: self._get(folder, run) for run in wanted}
@@ -220,7 +220,7 @@ class Played:
 
 
 class RemoteRuns:
-    """What the command does: it divides the runs into chunks, and fetches the runs that workers have played."""
+    """Divides the runs of a sweep into chunks for the workers, and fetches the runs that they have played."""
 
     def __init__(self, folder: SweepFolder, remote: RemoteSweep) -> None:
         self._folder = folder

@@ -14,7 +14,7 @@ from foundry.records import Call
 from foundry.storing.store import RunFolder, SweepFolder
 
 _KEPT_SEEDS = 8
-"""Answers are kept in memory for at most so many seeds."""
+"""Maximum number of seeds whose answers stay in memory."""
 
 
 def reply_of(call: Call) -> Reply:

@@ -143,7 +143,7 @@ class Shared:
         return {key: self._part(key) for key in self._limits}
 
     def exchange(self, reports: Mapping[str, Any]) -> None:
-        """Read what `report` returned to the other workers, decoded from JSON, and set the limits anew."""
+        """Read what `report` returned to the other workers, decoded from JSON, and update the limits."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
             parts = {worker: found[key] for worker, found in others.items() if key in found}
@@ -208,7 +208,7 @@ def _read(reports: Mapping[str, Any]) -> Iterator[tuple[str, Parts]]:
 def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
     """Divide a limit among workers: each gets what it wants, but at most an equal part and at least 1.
 
-    What is left is divided equally.
+    The workers divide the rest equally.
 
     Args:
         total: the limit.

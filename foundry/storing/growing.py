@@ -17,7 +17,7 @@ _SWEPT = (*_NAMED, "sampling_seed")
 """Parts of a condition whose settings may have several values in a sweep."""
 _PARTS = (*_SWEPT, "fork", "record")
 _SHOWN, _LONGEST = 3, 60
-"""Maximum number of differences in an error, and of characters of a value."""
+"""Maximum number of differences that an error lists, and maximum length of a value, characters."""
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def write_looks(folder: Path, looks: Sequence[LookedAt]) -> None:
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):
-    """The name of a world, prompt or model, and the hash of its settings without addresses of servers."""
+    """The name of a world, prompt or model, and the hash of its settings; addresses of servers do not count."""
 
     name: str
     sha256: str

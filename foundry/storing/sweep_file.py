@@ -18,7 +18,7 @@ from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, Gri
 from foundry.storing.plain import load_plain
 
 UNSAID = "any"
-"""The form of undeclared records, of which foundry reads only the keys that all steps have."""
+"""The form of records without a declaration; foundry only reads the keys that all steps have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _OLD_FORMS = {
     "foundry.worlds.grid.grid_world.GridScenario": Declared(

@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Drift:
-    """How far two runs are apart after a step, over the decisions that both runs have.
+    """The distance of two runs after a step, over the decisions that both runs have.
 
     Attributes:
         step: the step, from 1.
@@ -113,7 +113,7 @@ def _first(
     file: str,
     shown: Callable[[Any], Any] = lambda found: found,
 ) -> Difference | None:
-    """Return the first line of which a part differs, or that only one run has."""
+    """Return the first line that only one run has, or whose `part` differs."""
     one, other = lines
     for key, (number, line) in one.items():
         if key not in other:

@@ -1,7 +1,7 @@
 """Limits the classes that a record of unknown origin can use, and the servers that it can contact.
 
-It can use the classes of foundry, of folders that the user names with `--config-dir`, and of packages that the user
-trusts. It can contact this machine and servers that the user has named.
+It can use classes of foundry, classes in folders that the user names with `--config-dir`, and classes of trusted
+packages. It can contact this machine and servers that the user has named.
 """
 
 import importlib
