@@ -14,8 +14,7 @@ from foundry.storing.store import SweepFolder
 
 TINY = ("model=scripted/random", "world.agents=2", "world.steps=2", "analyze=false")
 REFUSED = {
-    "runner.open_runs=0": "runner.open_runs=0",
-    "runner.open_runs=null": "runner.open_runs=None",
+    "runner.open_runs=0": "runner.open_runs must be a whole number from 1; got 0",
     "runner.ahead=maybe": "runner.ahead=maybe is neither true nor false",
     "runner.workers=0": "whole number from 1",
     "runner.workers=true": "whole number from 1",
