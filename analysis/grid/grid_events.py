@@ -52,7 +52,6 @@ def _flights(run: GridRun) -> Iterator[Event]:
 
 
 def _arrivals(run: GridRun) -> Iterator[Event]:
-    """Yield the first arrival of each agent at each place."""
     entered = (run.place[1:] != run.place[:-1]) & run.there & run.moved
     for index, place in enumerate(run.world.places):
         arrived = entered & (run.place[1:] == index)

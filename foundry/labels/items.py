@@ -173,12 +173,10 @@ def _decisions_in(run: RunFolder) -> Iterator[Item]:
 
 
 def _items_of(run: RunFolder) -> Callable[..., Item]:
-    """Return a function that makes an item of this run."""
     return partial(Item, run.id, str(run.recorded_config()["model"]["name"]), run.run.seed)
 
 
 def _told(call: Call) -> str:
-    """Return the last message of a prompt."""
     content = call.messages[-1].get("content", "") if call.messages else ""
     return content if isinstance(content, str) else ""
 

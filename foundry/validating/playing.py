@@ -93,7 +93,6 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
 
 
 def _mean(values: Sequence[float]) -> tuple[float, float]:
-    """Return a mean with its standard error."""
     mean = math.fsum(values) / len(values)
     spread = math.sqrt(math.fsum((value - mean) ** 2 for value in values) / max(len(values) - 1, 1))
     return mean, spread / math.sqrt(len(values))

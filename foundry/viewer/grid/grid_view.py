@@ -201,7 +201,6 @@ class GridView(RunView):
             yield agent, self._track(mine, personas.get(agent, {}))
 
     def _firsts(self) -> range:
-        """Return the first step of every chunk."""
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:

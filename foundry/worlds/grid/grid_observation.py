@@ -36,6 +36,7 @@ from foundry.worlds.grid.space import (
     IntArray,
     Place,
     distances,
+    fires_perceived_at,
     neighbours,
     perceived_fires,
 )
@@ -145,7 +146,7 @@ class Perception:
         is_near = distances(cells[there], cells[agent]) <= self._settings.communication_distance
         near = there[is_near & (there != agent)]
         x, y = cells[agent].tolist()
-        fires = perceived_fires(self._told, step, cells[agent : agent + 1])[0]
+        fires = fires_perceived_at((x, y), self._told, step)
         visited = self._visited(area, len(there))
         me = self._seen(agent, (x, y), area)
         met = [

@@ -1,5 +1,6 @@
 """The bounded grid: places, areas of cells, neighbours and fires."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -226,14 +227,29 @@ def perceived_fires(
         distance, nearest = apart.min(axis=1), apart.argmin(axis=1)
         for agent in np.flatnonzero(distance <= fire.radius).tolist():
             x, y = spots[nearest[agent]].tolist()
-            seen[agent].append(
-                {
-                    "name": fire.name,
-                    "x": x,
-                    "y": y,
-                    "intensity": fire.intensity,
-                    "radius": fire.radius,
-                    "distance": float(distance[agent]),
-                }
-            )
+            seen[agent].append(_described(fire, (x, y), float(distance[agent])))
     return seen
+
+
+def fires_perceived_at(cell: Cell, fires: Sequence[Fire], step: int) -> list[dict[str, Any]]:
+    """Return the fires that one agent perceives, as `perceived_fires` does for many; no fire may spread.
+
+    For a single agent, plain numbers are much faster than arrays.
+    """
+    apart = [
+        (fire, math.sqrt((cell[0] - fire.position[0]) ** 2 + (cell[1] - fire.position[1]) ** 2))
+        for fire in fires
+        if fire.start <= step
+    ]
+    return [_described(fire, fire.position, distance) for fire, distance in apart if distance <= fire.radius]
+
+
+def _described(fire: Fire, spot: Cell, distance: float) -> dict[str, Any]:
+    return {
+        "name": fire.name,
+        "x": spot[0],
+        "y": spot[1],
+        "intensity": fire.intensity,
+        "radius": fire.radius,
+        "distance": distance,
+    }
