@@ -30,7 +30,7 @@ def test_any_reply_and_target_can_be_read(text: str, target: str):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", ["I see the JAXA logo and ", "not ", " ", "see a, ", "ロゴが"])
+@pytest.mark.parametrize("part", ["I see the JAXA logo and ", "see a, ", "ロゴが"])
 def test_half_a_million_characters_are_read_which_quadratic_time_would_not_allow(part: str):
     assert claims_to_see((part * 500_000)[:500_000], "JAXA logo") in (True, False, None)
 

@@ -102,7 +102,7 @@ def test_the_same_seed_tells_the_same_way_another_one_another_and_things_and_sid
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS[:3])
+@pytest.mark.parametrize("seed", SEEDS[:2])
 def test_who_does_to_the_letter_what_the_fine_grain_says_arrives_without_looking(rooms: Path, seed: int):
     world = scenario(rooms, '{"grain": "fine", "steps": 60}').start(seed)
     (told,) = world.opening()
