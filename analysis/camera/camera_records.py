@@ -75,7 +75,7 @@ class CameraRecords:
         """
         file = folder.path / STEPS
         if self.episode is None:
-            raise RecordError(f"{folder.path / EPISODE} holds no episode.")
+            raise RecordError(f"{folder.path / EPISODE} is empty, but every complete run records an episode there.")
         if [(row.step, row.agent) for row in self.steps] != [(step + 1, 0) for step in range(len(self.steps))]:
             raise RecordError(f"{file} must hold one line per decision of its single agent, in order.")
         kinds = self._kinds()

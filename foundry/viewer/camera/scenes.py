@@ -35,11 +35,8 @@ def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
 
     with _ONE_AT_A_TIME:  # then the next thread finds it loaded
         scene = load_scene(asset["asset"], exclude=asset["exclude"], root=asset.get("root"))
-    if sha256 is not None and scene.sha256 != sha256:
-        raise InputError(
-            f"Scene '{scene.source}' is not the scene of the run (SHA-256 {scene.sha256[:12]}, in the records "
-            f"{sha256[:12]}). Restore the file that the run used."
-        )
+    if sha256 is not None:
+        scene.check_digest(sha256)
     return scene
 
 

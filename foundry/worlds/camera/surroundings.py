@@ -122,11 +122,7 @@ class Surroundings:
             found = msgspec.json.decode(line, type=CameraEpisode)
         except NOT_JSON as error:
             raise RecordError(f"The line of an episode.jsonl cannot be read: {error}") from error
-        if found.scene_sha256 != self.scene.sha256:
-            raise InputError(
-                f"Scene '{self.scene.source}' is not the scene of the run (SHA-256 {self.scene.sha256[:12]}, in the "
-                f"records {found.scene_sha256[:12]}). Restore the file that the run used."
-            )
+        self.scene.check_digest(found.scene_sha256)
         return found
 
     def renderer(self) -> Renderer:

@@ -166,7 +166,11 @@ def test_a_target_that_every_start_is_near_is_refused():
 @pytest.mark.slow
 def test_overviews_are_drawn_from_the_records_of_the_episode():
     frames = Kept()
-    asyncio.run(play_through(composed("usd", "spin", f"scene={ROOM}", "world.steps=1", *SMALL_PICTURES), 0, frames, frame_every=1))
+    asyncio.run(
+        play_through(
+            composed("usd", "spin", f"scene={ROOM}", "world.steps=1", *SMALL_PICTURES), 0, frames, frame_every=1
+        )
+    )
     assert sorted(frames.frames) == [0, 1] and frames.frames[0] != frames.frames[1]
 
 

@@ -35,7 +35,7 @@ class Surfaces:
 
     def __init__(self, scene: Scene) -> None:
         if not any(len(mesh.triangles) for mesh in scene.meshes):
-            raise InputError(f"Scene '{scene.name}' has no surface to stand on or to run into. Check its `exclude`.")
+            raise InputError(f"Scene '{scene.name}' has no surface to stand on. Check world.scene.exclude.")
         corners = np.concatenate([mesh.points[mesh.triangles] for mesh in scene.meshes]).astype(np.float64)
         owners = np.repeat(np.arange(len(scene.meshes)), [len(mesh.triangles) for mesh in scene.meshes])
         sound = np.isfinite(corners).all(axis=(1, 2))

@@ -352,7 +352,7 @@ def other_look(shader: Any, findings: Findings, values: Values) -> Look:
     for name in ("base_color", "baseColor", "diffuse_color", "diffuseColor", "color"):
         value = values.vector(held(shader, name), 3)
         if value is not None:
-            findings.add(f"Of shaders of the kind '{kind}' only the base colour is drawn", _where(shader))
+            findings.add(f"Only the base colour of shaders of the kind '{kind}' is drawn", _where(shader))
             return Look(colour=srgb(value))
     findings.add(f"Shaders of the kind '{kind}' cannot be drawn", _where(shader))
     return Look()

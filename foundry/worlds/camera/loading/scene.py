@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from foundry.errors import InputError
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 UInt8Array = npt.NDArray[np.uint8]
@@ -71,3 +73,15 @@ class Scene:
     metres_per_unit: float
     prims: int
     triangles: int
+
+    def check_digest(self, sha256: str) -> None:
+        """Check that this is the scene of a run, which recorded a digest.
+
+        Raises:
+            InputError: the scene's digest is another one.
+        """
+        if self.sha256 != sha256:
+            raise InputError(
+                f"Scene '{self.source}' is not the scene of the run (SHA-256 {self.sha256[:12]}, in the records "
+                f"{sha256[:12]}). Restore the file that the run used."
+            )
