@@ -22,7 +22,6 @@ class Examples:
         doubts: by the id of a run, step and agent of its first unreadable decision.
     """
 
-    seed: int
     pictures: tuple[Picture, ...] = ()
     tables: tuple[RunTable, ...] = ()
     doubts: Mapping[str, tuple[int, int]] = field(default_factory=dict)
@@ -47,7 +46,6 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
                 own = figures.setdefault(whole.form.name, whole.form.figures(seed))
                 own.add(member.shown, run, member.seed)
     return Examples(
-        seed=seed,
         pictures=tuple(picture for one in figures.values() for picture in one.pictures(shown)),
         tables=tuple(table for one in figures.values() for table in one.tables(shown)),
         doubts=doubts,

@@ -61,8 +61,7 @@ class Correction:
     """The labels by people that correct measures.
 
     Attributes:
-        texts: number of labelled texts, without unclear texts.
-        unclear: number of texts that every person found unclear; they count as not drawn.
+        texts: number of labelled texts, without texts that every person found unclear, which count as not drawn.
         by_run: labelled texts by run.
         known: shares of the choices, by the content that a person saw; the same text may occur several times.
         rates: for each cell, the rate of the first choice in every copy, (COPIES,).
@@ -73,7 +72,6 @@ class Correction:
     label: Label
     people: tuple[str, ...]
     texts: int
-    unclear: int
     by_run: Mapping[str, tuple[Weighed, ...]]
     known: Mapping[bytes, Mapping[str, float]]
     rates: Mapping[CellKey, FloatArray]
@@ -210,7 +208,6 @@ def _correction(
         label=label,
         people=tuple(sorted(name for name, found in labels.by_person.items() if found)),
         texts=len(clear),
-        unclear=len(labels.answers) - len(clear),
         by_run={run: tuple(found) for run, found in by_run.items()},
         known=known,
         rates={

@@ -132,10 +132,7 @@ def _opened(path: Path) -> Memory:
         return _connected(_NOWHERE)
     except sqlite3.DatabaseError:  # damaged
         path.unlink()
-    try:
-        return _connected(path)
-    except sqlite3.OperationalError:
-        return _connected(_NOWHERE)
+        return _opened(path)
 
 
 def _connected(path: Path | str) -> Memory:

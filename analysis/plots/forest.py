@@ -46,23 +46,19 @@ class Pair:
 
 def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
     """Draw the pairs below each other; a significant difference has a filled mark and a star."""
-    draw_pairs(ax, pairs, [f"n={pair.pairs} {pair.mark}".strip() for pair in pairs])
-    ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
-    return ax
-
-
-def draw_pairs(ax: Axes, pairs: Sequence[Pair], texts: Sequence[str], ticks: int = 4) -> None:
-    """Draw the pairs below each other, each with its label on the left and a text on the right."""
     found = [pair for pair in pairs if not math.isnan(pair.difference)]
     if found:
         ax.axvline(0, color="#999999", linewidth=0.8, zorder=1)
-    for row, (pair, text) in enumerate(zip(pairs, texts, strict=True)):
+    for row, pair in enumerate(pairs):
+        text = f"n={pair.pairs} {pair.mark}".strip()
         ax.text(1.02, -row, text, transform=ax.get_yaxis_transform(), va="center", size=7, color=style.DARK)
         _draw_pair(ax, pair, -row)
     ax.set_yticks([-row for row in range(len(pairs))], [pair.label for pair in pairs])
     ax.set_ylim(-len(pairs) + 0.4, 0.6)
     values = (value for pair in found for value in (0.0, pair.difference, pair.low, pair.high))
-    set_limits(ax, values, ticks=ticks)
+    set_limits(ax, values)
+    ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
+    return ax
 
 
 def forest_height(pairs: Sequence[Pair], title: str) -> float:

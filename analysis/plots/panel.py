@@ -81,31 +81,23 @@ class GroupValues:
 
 
 def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str, scale: Scale = ANY) -> Axes:
-    """Draw the groups below each other, the first on top, each with its number of seeds."""
-    draw_groups(ax, groups, scale)
-    label_rows(ax, groups, title)
-    return ax
+    """Draw the groups below each other, the first on top, each with its number of seeds.
 
-
-def draw_groups(ax: Axes, groups: Sequence[GroupValues], scale: Scale) -> None:
-    """Draw the groups below each other, and the marks of their scale, but no texts."""
-    draw_marks(ax, scale)
+    A dashed line marks the value by chance, and a dotted line the best policy's value.
+    """
+    for value, dashes in ((scale.null, "--"), (scale.best, ":")):
+        if not math.isnan(value):
+            ax.axvline(value, color=style.DARK, linestyle=dashes, linewidth=0.9, zorder=1)
     for row, group in enumerate(groups):
         _draw_group(ax, group, -row)
     ax.set_ylim(-len(groups) + 0.45, 0.55)
     shown = (value for group in groups for value in (*group.values, group.mean, group.low, group.high))
     set_limits(ax, (*shown, *scale.marks), scale)
+    _label_rows(ax, groups, title)
+    return ax
 
 
-def draw_marks(ax: Axes, scale: Scale) -> None:
-    """Draw a dashed line at the value by chance, and a dotted line at the best policy's value."""
-    for value, dashes in ((scale.null, "--"), (scale.best, ":")):
-        if not math.isnan(value):
-            ax.axvline(value, color=style.DARK, linestyle=dashes, linewidth=0.9, zorder=1)
-
-
-def label_rows(ax: Axes, groups: Sequence[GroupValues], title: str) -> None:
-    """Write the title, the names of the groups, and their numbers of seeds."""
+def _label_rows(ax: Axes, groups: Sequence[GroupValues], title: str) -> None:
     ax.set_title(wrapped(title, title_width(group.label for group in groups)))
     ax.set_yticks([-row for row in range(len(groups))], [wrapped(group.label) for group in groups])
     for tick, group in zip(ax.get_yticklabels(), groups, strict=True):
@@ -142,14 +134,13 @@ def jitter(count: int) -> FloatArray:
     return ((np.arange(count) * 2 % _PATTERN) / (_PATTERN - 1) * 2 - 1) * _SPREAD
 
 
-def set_limits(ax: Axes, shown: Iterable[float], scale: Scale = ANY, *, ticks: int = 4, upwards: bool = False) -> None:
+def set_limits(ax: Axes, shown: Iterable[float], scale: Scale = ANY, *, upwards: bool = False) -> None:
     """Set the limits and the ticks of an axis; ticks are only at possible values.
 
     Args:
         ax: target axes.
         shown: values that must be visible.
         scale: limits of all values.
-        ticks: maximum number of intervals between ticks; there is one tick if all values are equal.
         upwards: whether values increase upwards instead of to the right.
     """
     axis, limit = (ax.yaxis, ax.set_ylim) if upwards else (ax.xaxis, ax.set_xlim)
@@ -166,6 +157,6 @@ def set_limits(ax: Axes, shown: Iterable[float], scale: Scale = ANY, *, ticks: i
         return
     margin = 0.06 * (high - low)
     limit(low - margin, high + margin)
-    ax.locator_params(axis="y" if upwards else "x", nbins=ticks)
+    ax.locator_params(axis="y" if upwards else "x", nbins=4)
     first, last = max(low - margin, scale.low), min(high + margin, scale.high)
     axis.set_ticks([tick for tick in axis.get_ticklocs() if first <= tick <= last])

@@ -147,7 +147,7 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     def by_people(steps: set[int], weight: float) -> Correction:
         weighed = tuple(Weighed(step, 0, "move", {"yes" if claims[step] else "no": 1.0}, weight) for step in steps)
         return Correction(
-            label=label, people=("ana",), texts=len(weighed), unclear=0, by_run={run.id: weighed}, known={}, rates={},
+            label=label, people=("ana",), texts=len(weighed), by_run={run.id: weighed}, known={}, rates={},
             strata_of_run={run.id: (0, "walker")}, version="1",
         )  # fmt: skip
 
