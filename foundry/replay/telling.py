@@ -1,5 +1,6 @@
 """Draws the texts of a film: the name of the run, the step, and the messages of the step."""
 
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from operator import itemgetter
@@ -63,7 +64,7 @@ def _cut(lines: list[str], most: int) -> list[str]:
     return lines if len(lines) <= most else [*lines[: most - 1], f"{lines[most - 1][:-2]} …"]
 
 
-def _wrapped(text: str, width: int) -> Iterator[str]:
+def _wrapped(text: str, width: float) -> Iterator[str]:
     """Yield the lines of a text. A word that is longer than a line, as in Japanese, is broken."""
     line = ""
     for word in text.split():
@@ -72,7 +73,7 @@ def _wrapped(text: str, width: int) -> Iterator[str]:
             line = ""
         line = f"{line} {word}".lstrip()
         while width_of(line) > width:
-            fits = next(size for size in range(len(line) - 1, 0, -1) if size == 1 or width_of(line[:size]) <= width)
+            fits = max(1, bisect_right(range(len(line)), width, key=lambda size: width_of(line[:size])) - 1)
             yield line[:fits]
             line = line[fits:]
     if line:

@@ -203,4 +203,4 @@ def test_a_page_part_that_registers_nothing_is_named(tmp_path: Path, monkeypatch
     with serving(made.path) as server, browser_page(allowed_errors=("Unexpected identifier",)) as page:
         page.goto(f"{server.url}#/run/circle/{made.runs()[0].id}")
         page.wait_for_selector("[role=alert]")
-        assert 'forms/circle/page.js does not say Foundry.form("circle"' in page.text_content("[role=alert]")
+        assert 'forms/circle/page.js does not call Foundry.form("circle"' in page.text_content("[role=alert]")

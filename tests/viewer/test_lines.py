@@ -59,29 +59,13 @@ def test_a_torn_line_is_not_seen_until_whole_and_a_run_started_anew_is_read_anew
     assert found.last == (1, 1)
 
 
-@pytest.mark.parametrize("content", [b'{"agent":0,"step":1}\n', b"\n", b"nonsense\n"])
-def test_a_line_that_does_not_begin_with_its_step_is_an_error(tmp_path: Path, content: bytes):
-    with pytest.raises(RecordError, match="does not begin with its step"):
-        grown(tmp_path / "steps.jsonl", content)
-
-
-def test_no_text_looks_like_the_line_of_another_agent():
-    content = encoded([(1, 0)], text='\n{"step":1,"agent":1,"x":0}\n') + encoded([(1, 1)], text="mine")
-    (line,) = lines_of_agent(content, 1)
-    assert msgspec.json.decode(line)["text"] == "mine"
-    assert lines_of_agent(content, 7) == []
-    assert by_agent(content)[1] == [line]
-
-
-def test_an_agents_lines_are_found_in_steps_with_many_with_none_and_with_others_inside_them():
+def test_the_lines_of_an_agent_are_found_and_no_text_or_inner_record_looks_like_one():
     inside = b'{"step":2,"agent":0,"seen":[{"step":4,"agent":1,"text":""}]}\n'
-    content = encoded([(1, 0), (1, 1), (1, 1)]) + inside + encoded([(4, 1), (4, 0), (4, 1), (6, 1)])
-    mine = [
-        line
-        for line in content.splitlines()
-        if line.startswith((b'{"step":1,"agent":1,', b'{"step":4,"agent":1,', b'{"step":6,'))
-    ]
-    assert lines_of_agent(content, 1) == mine and len(mine) == 5
+    first = encoded([(1, 0)], text='\n{"step":1,"agent":1,"x":0}\n')
+    content = first + encoded([(1, 1), (1, 1)]) + inside + encoded([(4, 1), (4, 0), (4, 1), (6, 1)])
+    mine = encoded([(1, 1), (1, 1), (4, 1), (4, 1), (6, 1)]).splitlines()
+    assert lines_of_agent(content, 1) == by_agent(content)[1] == mine
+    assert lines_of_agent(content, 7) == []
 
 
 @given(counts=st.lists(st.integers(0, 5), max_size=12), cuts=st.lists(st.integers(0, 2000), max_size=4))
@@ -104,10 +88,18 @@ def test_a_line_longer_than_a_block_is_whole(tmp_path: Path):
     assert found.read(1, 2) == content
 
 
-@pytest.mark.parametrize("steps", [[1, 3, 2], [2, 1]])
-def test_steps_that_go_back_within_what_is_read_at_once_are_an_error(steps: list[int], tmp_path: Path):
-    with pytest.raises(RecordError, match="comes after step"):
-        grown(tmp_path / "steps.jsonl", encoded([(one, 0) for one in steps]))
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b'{"agent":0,"step":1}\n', "does not begin with its step"),
+        (b"\n", "does not begin with its step"),
+        (encoded([(1, 0), (3, 0), (2, 0)]), "comes after step"),
+        (encoded([(2, 0), (1, 0)]), "comes after step"),
+    ],
+)
+def test_lines_without_a_step_and_steps_that_go_back_are_an_error(content: bytes, said: str, tmp_path: Path):
+    with pytest.raises(RecordError, match=said):
+        grown(tmp_path / "steps.jsonl", content)
 
 
 def test_a_step_that_goes_back_later_is_an_error_and_one_that_goes_on_is_counted(tmp_path: Path):
