@@ -61,15 +61,9 @@ def play_in_a_room(folder: Path) -> Path:
     picture(folder / "parts" / "wall.png", np.arange(48).reshape(4, 4, 3) * 5)
     write_stage(folder / "parts" / "wall.usda", build_wall)
     scene = write_stage(folder / "room" / "scene.usda", build_room)
-    overrides = (
-        f"scene={scene}",
-        f"world.scene.root={folder}",
-        "task=Look",
-        "world.steps=3",
-        "model=scripted/wander",
-        "record.frames=3",
-    )
-    return play(folder, "world=usd", *overrides, "analyze=false", "runner.workers=1")
+    room = (f"scene={scene}", f"world.scene.root={folder}", "world.camera.width=96", "world.camera.height=72")
+    overrides = ("task=Look", "world.steps=3", "model=scripted/wander", "record.frames=3")
+    return play(folder, "world=usd", *room, *overrides, "analyze=false", "runner.workers=1")
 
 
 def build_wall(stage: Any) -> None:
