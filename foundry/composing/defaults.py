@@ -131,7 +131,7 @@ def resolved(found: Any, file: Path) -> dict[str, Any]:
     from omegaconf.errors import OmegaConfBaseException
 
     if not isinstance(found, Mapping | None):
-        raise InputError(f"{file} holds no settings. Write one per line, such as cache.path: answers.sqlite")
+        raise InputError(f"{file} contains no settings. Write one per line, such as cache.path: answers.sqlite")
     try:
         resolved: Any = OmegaConf.to_container(OmegaConf.create(dict(found or {})), resolve=True)
     except (OmegaConfBaseException, ValueError) as error:

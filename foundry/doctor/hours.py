@@ -131,8 +131,16 @@ class Cost:
 
     def line(self) -> str:
         """Return the price as text."""
-        prompts = "prompts hold images" if self.prompts is None else f"about {self.prompts:,.2f} for prompts"
-        replies = "replies have no limit" if self.replies is None else f"at most {self.replies:,.2f} for replies"
+        prompts = (
+            "unknown for prompts, since they contain images"
+            if self.prompts is None
+            else f"about {self.prompts:,.2f} for prompts"
+        )
+        replies = (
+            "unknown for replies, since they have no limit"
+            if self.replies is None
+            else f"at most {self.replies:,.2f} for replies"
+        )
         return f"cost: {prompts}, {replies}"
 
 

@@ -113,7 +113,7 @@ def test_a_part_of_the_users_file_is_recorded_as_if_it_had_been_asked(own: Write
         ("world: {agents: 7}", "setting 'world.agents' not found."),
         ("world._target_: os.system", "setting 'world._target_' not found."),
         ("hydra.run.dir: x", "setting 'hydra.run.dir' not found."),
-        ("- a", "holds no settings"),
+        ("- a", "contains no settings"),
         ("a: [", "cannot be read"),
         ("cache.path: ${nowhere}", "cannot be used: Interpolation key 'nowhere' not found"),
     ],

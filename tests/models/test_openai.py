@@ -153,7 +153,7 @@ def test_a_reply_that_the_server_gave_up_is_aborted_and_without_text(reason):
 
 @pytest.mark.parametrize("raw", [b'{"id": "x", "choi', b"[]", b'{"choices": []}', b'{"choices": [{"message": null}]}'])
 def test_what_is_no_reply_is_worth_another_try(raw):
-    with pytest.raises(TransientError, match="not JSON|not a JSON object|holds no message"):
+    with pytest.raises(TransientError, match="not JSON|not a JSON object|contains no message"):
         ask_openai(ChatCase(raw=raw))
 
 

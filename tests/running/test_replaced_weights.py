@@ -162,7 +162,10 @@ def test_weights_that_are_back_when_the_server_is_asked_are_found_by_their_date(
     replaced.then = lambda call: replaced.put_back() if call == MIDWAY + 4 else None
     with replaced.serve() as server:
         stopped = foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert stopped.returncode == 3 and "digest d4d4d4d4d4d4 as at the start, but rewritten" in one_line(stopped)
+        assert (
+            stopped.returncode == 3
+            and "digest d4d4d4d4d4d4 as at the start, but the model was installed" in one_line(stopped)
+        )
         assert_mended(tmp_path, replaced, undisturbed)
 
 

@@ -131,7 +131,7 @@ class Unconfirmed:
     def _difference(self, info: ModelInfo) -> str:
         then, now = _digest(self._marks), _digest(marks_of(info))
         if then == now:
-            return f"digest {now[:12]} as at the start, but rewritten since"
+            return f"digest {now[:12]} as at the start, but the model was installed again since"
         return f"digest {then[:12]} at the start, {now[:12]} now"
 
 

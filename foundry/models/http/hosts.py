@@ -30,7 +30,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     if scheme not in SCHEME_PORTS:
         raise refusal("its scheme is neither http nor https")
     if shown != host:  # before any message that would repeat it
-        raise refusal("it may hold no user or password")
+        raise refusal("it must not contain a user or password")
     if rest.count(":") > 1 and not rest.startswith("["):
         rest = f"[{rest}]"
     try:
@@ -39,10 +39,10 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     except ValueError as error:
         raise refusal(str(error)) from None
     if parts.query or parts.fragment:
-        raise refusal("it may hold no query or fragment")
+        raise refusal("it must not contain a query or fragment")
     name = ANY_ADDRESS.get(parts.hostname or "", parts.hostname or "")
     if any(character.isspace() or not character.isprintable() for character in f"{name}{parts.path}"):
-        raise refusal("it holds a space or a control character")
+        raise refusal("it contains a space or a control character")
     if given_port is None:
         given_port = SCHEME_PORTS[scheme] if separator else port
     address = f"[{name}]" if ":" in name else name

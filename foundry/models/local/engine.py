@@ -253,7 +253,7 @@ class Engine:
 
     def _message(self, message: ChatMessage) -> dict[str, Any]:
         if message.images and not self._described.sees:
-            raise TemplateError("it holds images, but the model has no vision.")
+            raise TemplateError("it contains images, but the model has no vision.")
         if not self._described.sees:
             return {"role": message.role, "content": message.content}
         parts: list[dict[str, str]] = [{"type": "image"} for _ in message.images]

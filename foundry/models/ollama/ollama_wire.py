@@ -109,7 +109,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         raise UnusableReply(f"{origin}: the model gave up before its reply was done.", aborted_reply(origin))
     message = body.get("message")
     if not isinstance(message, dict):
-        raise TransientError(f"{origin}: its reply holds no message.")
+        raise TransientError(f"{origin}: its reply contains no message.")
     # A <think> block inside the content stays there: the raw reply is recorded, and the world reads it.
     text, thinking = _text(message, "content"), _text(message, "thinking")
     reply = Reply(

@@ -212,7 +212,7 @@ def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
     choices = body.get("choices")
     choice = choices[0] if isinstance(choices, list) and choices else None
     if not isinstance(choice, dict) or not isinstance(choice.get("message"), dict):
-        raise TransientError(f"{origin}: its reply holds no message.")
+        raise TransientError(f"{origin}: its reply contains no message.")
     return choice
 
 

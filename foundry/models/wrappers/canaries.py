@@ -125,8 +125,8 @@ class CanaryWatch:
     def _warn(self, distance: Distance) -> None:
         if distance.verdict is not Verdict.SAME:
             logging.getLogger("foundry").warning(
-                "%s: its server's weights, flags or version differ slightly from those of its cached answers (canary "
-                "%s: %s).",
+                "%s: its server's weights, flags or version differ slightly from those that gave its cached answers "
+                "(canary %s: %s).",
                 self._name,
                 distance.verdict,
                 distance,

@@ -123,7 +123,7 @@ class ConfirmedModel(Wrapper):
         except HostsDifferError as error:
             raise self._unconfirmed.change(str(error)) from error
         except InputError as error:
-            raise TransientError(f"model '{self.name}' could not be confirmed: {error}") from error
+            raise TransientError(f"The weights of model '{self.name}' could not be checked: {error}") from error
         await self._check_canary()
         self._unconfirmed.settle(moment, with_weights(info, self._info.digest or ""))
         self._settled, self._confirmed_at = doubts, self._clock()
