@@ -156,25 +156,13 @@ class Analysis:
         return furthest(self.compared, self.members, self.runs, measures)
 
     def on_new_seeds(self, folders: Sequence[Path], measures: Sequence[str], pairs: int) -> str:
-        """Return the command that declares measures and runs the first sweep with new seeds.
-
-        Args:
-            folders: folders of the sweeps.
-            measures: the measures.
-            pairs: number of pairs of groups to compare, on which the number of seeds depends.
-        """
+        """Return the command that declares measures and runs the first sweep again, with new seeds for these pairs."""
         sweep = SweepFolder.open(folders[0]).sweep
         asked = [entry.overrides for entry in sweep.history] or [sweep.asked]
         return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the last lines of an analysis on a terminal; with the lines above, they are at most twenty.
-
-        Args:
-            folders: folders of the sweeps, as in a command.
-            width: columns of the terminal.
-            printed: number of lines already printed above.
-        """
+        """Return the last lines of an analysis on a terminal; with those already printed, they are at most twenty."""
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         means = means_of(self.compared, self.declared)
         worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]

@@ -25,13 +25,7 @@ def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) 
 
 
 def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | None = None) -> Scale:
-    """Return the scale of a measure's values, with its null and the means of baselines.
-
-    Args:
-        comparison: groups with the measure.
-        measure: the measure.
-        validation: rows of `validation.csv`; means of the blind and the best policy are used if all worlds agree.
-    """
+    """Return the scale of a measure, with its null, and the means of policies on which all worlds agree."""
     known = comparison.describe(measure)
     rows = None if validation is None else validation[validation["measure"] == measure]
     random, best = (math.nan if rows is None else agreed(rows[name]) for name in ("random", "best"))

@@ -93,13 +93,7 @@ def partings(
 
 
 def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
-    """Return the earliest decision that differs between two runs although the prompts were equal, or None.
-
-    Args:
-        level: a complete run of the finding's `level`.
-        reference: a complete run of the finding's `reference`.
-        seed: the seed of both runs.
-        question: MESSAGE to compare messages, or "" to compare all other decisions.
+    """Return the earliest message (`question` MESSAGE) or other decision that differs although prompts were equal.
 
     Raises:
         RecordError: a record is damaged.

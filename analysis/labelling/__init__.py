@@ -67,10 +67,7 @@ class Agreement:
 
     Attributes:
         unlabelled: texts that the rule or the model left without a label; the numbers below leave them out.
-        true_warnings: warnings that were labelled as warnings.
         false_warnings: other texts that were labelled as warnings.
-        missed: warnings that were not labelled as warnings.
-        kappa: Cohen's kappa, -1..1.
     """
 
     texts: int

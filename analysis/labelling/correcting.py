@@ -44,7 +44,6 @@ class Weighed:
     """A text labelled by people.
 
     Attributes:
-        step: 1-based step.
         shares: for each choice, the share of people who chose it, without people who found the text unclear.
         weight: number of texts that it represents in its stratum.
     """
@@ -152,14 +151,7 @@ def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
 
 
 def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: str = "") -> Corrected:
-    """Return the correction of a label by people's labels.
-
-    Args:
-        labels: the sample and the labels.
-        label: the label.
-        models: name of each run's model, by the run's id.
-        more: command that continues labelling; the reason why nothing is corrected names it.
-    """
+    """Return the correction of a label by people's labels; `models` are by run, `more` continues the labelling."""
     shares = {item: _shares(answers) for item, answers in labels.answers.items()}
     clear = {item: found for item, found in shares.items() if found}
     labelled = Counter(one.stratum for one in labels.sample.drawn if one.item in clear)

@@ -40,7 +40,6 @@ class Values(Mapping[str, float]):
 
     Attributes:
         names: the measures, in order (M).
-        array: their values (M,).
     """
 
     __slots__ = ("_positions", "array", "names")
@@ -110,8 +109,6 @@ class RunResult:
     """The analysis data of one run.
 
     Attributes:
-        keys: the columns `analysis.tables.signature_table.KEYS`.
-        questions: the decisions for which its world asks.
         measures: measures by `<signature>.<measure>`; an incomplete run has only FAILURE_RATE.
         steps: its steps without texts; None if the run is incomplete.
         copies: values of measures on copies with random labels, (COPIES,) each.

@@ -136,16 +136,7 @@ def _different(row: Row, sides: Sides) -> str:
 def compared_words(
     row: Row, level: str, others: str, *, higher: bool, sides: Sides, contexts: Mapping[str, str] | None = None
 ) -> str:
-    """Return a statement such as `herd stays where it is more often than random`.
-
-    Args:
-        row: a row with the measure.
-        level: name of the level that differs.
-        others: names of the other levels, as text.
-        higher: whether the level has the higher value.
-        sides: facts about the groups.
-        contexts: short names of contexts, if they have any.
-    """
+    """Return a statement such as `herd stays where it is more often than random`."""
     context = (contexts or {}).get(str(row["context"]), str(row["context"]))
     within = f" ({context})" if context else ""
     doing = sides.describe(row).phrase(higher)

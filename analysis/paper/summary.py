@@ -27,16 +27,7 @@ def summary(
     doubts: Mapping[str, str] | None = None,
     sides: Sides | None = None,
 ) -> tuple[str, ...]:
-    """Return the findings, one sentence each.
-
-    Args:
-        contrasts: the table of contrasts.
-        compared: the groups.
-        planned: whether anything was declared before the runs.
-        filtered: the filter of the runs; "" for all runs.
-        doubts: by signature, the reason why none of its measures can be trusted.
-        sides: facts about the groups; by default from the tables.
-    """
+    """Return the findings, one sentence each, after the reasons for doubts about signatures and the filter."""
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
     lead += [f"These findings are based on only a part of the runs: {filtered}."] if filtered else []
     known = Sides.of(contrasts, compared, {}) if sides is None else sides

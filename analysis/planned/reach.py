@@ -62,13 +62,7 @@ class Reach:
 
 
 def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measures: int = 0) -> Reach | None:
-    """Return the power of a sweep's tests, or None if it compares nothing.
-
-    Args:
-        conditions: the compared conditions.
-        forms: form of each condition's world.
-        measures: number of tested measures; by default one for each primary signature.
-    """
+    """Return the power of a sweep's tests, by default of one measure per primary signature; None without tests."""
     played = [(condition, form) for condition, form in zip(conditions, forms, strict=True) if condition.runs]
     factors = [factor for factor, _ in compared_pairs(*map(list, zip(*played, strict=True)))]
     if not factors:

@@ -22,9 +22,6 @@ class Picture:
     """A figure that can be drawn.
 
     Attributes:
-        name: name of its files, without a suffix.
-        caption: its content and how to read it.
-        draw: function that draws it.
         says: its numbers in words, for readers who cannot see it.
         data: its data, which is written as CSV; see `analysis.plots.data.rows_of`.
     """

@@ -28,7 +28,6 @@ class Curve:
 
     Attributes:
         mean: mean over runs, (T,).
-        low: lower end of its interval over runs, (T,); NaN where undefined.
         index: index among all groups, which selects the colour.
         at: positions on the axis, (T,); None means the rounds 1 to T.
     """
@@ -59,13 +58,7 @@ class Lanes:
 
 
 def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]], scale: Scale = ANY, across: str = "Round") -> Figure:
-    """Return a figure with a panel of curves for each title; the names of groups are below the last panel.
-
-    Args:
-        panels: titles with their curves.
-        scale: limits of all values.
-        across: title of the horizontal axis.
-    """
+    """Return a figure with a panel of curves for each title; the names of groups are below the last panel."""
     key = sum(wrapped(_named(curve), _KEY_WIDTH).count("\n") + 1 for curve in panels[-1][1])
     figure, axes = stacked([1.6] * (len(panels) - 1) + [1.8 + LINE_IN * 1.2 * key])
     for ax, (title, curves) in zip(axes, panels, strict=True):

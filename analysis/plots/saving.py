@@ -65,12 +65,7 @@ def pdf_bytes(figure: Figure) -> bytes:
 
 
 def svg_text(figure: Figure, name: str) -> str:
-    """Return the figure as SVG for a page, without an XML declaration.
-
-    Args:
-        figure: the figure.
-        name: name of the figure; ids begin with a hash of it, so that a page can contain several figures.
-    """
+    """Return the figure as SVG for a page, with ids that begin with a hash of the figure's name."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     written = io.StringIO()

@@ -180,13 +180,7 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
 def strip_rows(
     marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
 ) -> list[StripRow]:
-    """Return the rows of a strip.
-
-    Args:
-        marks: name and look of each row.
-        values: values of each row, one per seed.
-        means: mean of each row, and the ends of its interval.
-    """
+    """Return the rows of a strip, from the look of each, its values by seed, and its mean with both interval ends."""
     every = [
         *(value for own in values for value in own),
         *(end for own in means for end in own if not math.isnan(end)),

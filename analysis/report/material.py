@@ -66,12 +66,7 @@ class Material:
 
 
 def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) -> Material:
-    """Analyse sweeps, and read the content of their report.
-
-    Args:
-        dirs: folder of a sweep, or folders of several.
-        labelled_by_model: whether warnings are labelled by a model instead of the rule.
-        **options: further options of `analysis.analyze`, such as `family` and `margins`.
+    """Analyse sweeps with the options of `analysis.analyze`, and read the content of their report.
 
     Raises:
         InputError: as for `analysis.analyze`.

@@ -25,7 +25,6 @@ class Pair:
     """Two groups that differ in only one factor.
 
     Attributes:
-        level: index of the first group.
         reference: index of the second group, whose values are subtracted from those of the first.
         context: the other swept settings, which are equal in both groups, such as `prompt=paper`; "" if there are none.
         baseline: whether the reference is a baseline; such pairs are not tested.

@@ -55,13 +55,7 @@ class Fingerprint:
 def fingerprint(
     table: SignatureTable, groups: pd.DataFrame | None = None, *, measures: Sequence[str] | None = None
 ) -> Fingerprint:
-    """Return the fingerprint of the groups that are not baselines.
-
-    Args:
-        table: the runs.
-        groups: columns that define groups, one row per run; by default the swept settings.
-        measures: the measures; by default the signatures' headlines.
-    """
+    """Return the fingerprint of the groups that are not baselines, by default over the headline measures."""
     values = seed_values(table, groups)
     chosen = headline_measures(values.measures) if measures is None else tuple(measures)
     own = np.flatnonzero(~values.baseline)

@@ -30,8 +30,6 @@ class Plan:
         looks: number of seeds at each look, ascending (K).
         seeds: all seeds in their order; a look at n seeds uses the first n.
         reached: number of looks, of the K, that the runs have reached.
-        margins: by measure, the difference below which groups count as equal.
-        widest: by measure, the declared maximum difference of a seed.
         changed: measures whose code changed after the plan; they stay in the family, but support no claims.
         known: note on what was known of the runs before the plan; it is added to every declared row.
     """

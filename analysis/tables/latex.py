@@ -44,9 +44,7 @@ _LATEX = {
 def to_latex(table: Table, parts: Sequence[Table] = ()) -> str:
     r"""Return a `table`, or a `longtable` for several pages; the first line names the required packages.
 
-    Args:
-        table: the whole table.
-        parts: the same table in parts, such as one per world, which are used if the table is wider than a line.
+    If the table is wider than a line, its `parts`, such as one per world, are written instead.
     """
     is_wide = _letters(table) > _FITS and len(table.columns) > table.labels
     shown = [block for part in parts or [table] for block in _blocks(_without_constants(part))] if is_wide else [table]

@@ -134,12 +134,7 @@ def mean_cell(found: Estimate | None, seeds: int) -> str:
 
 
 def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[str]:
-    """Return means with their intervals, all with the same number of decimals.
-
-    Args:
-        found: estimate of each group; the text is "" if it is None.
-        seeds: number of seeds of each group; n is shown if some of them have no value.
-    """
+    """Return means with intervals and equal decimals, and with n if some seeds have no value; None becomes ""."""
     known = [one for one in found if one]
     texts = iter(with_intervals([(one.mean, one.low, one.high) for one in known]))
     fewer = [f" n={one.n}" if one and 0 < one.n < asked else "" for one, asked in zip(found, seeds, strict=True)]
@@ -255,15 +250,7 @@ def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, 
 def write_table(
     folder: Path, table: Table, frame: pd.DataFrame, filtered: str = "", parts: Sequence[Table] = ()
 ) -> list[Path]:
-    """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown, and return the files.
-
-    Args:
-        folder: target folder.
-        table: the texts.
-        frame: the numbers.
-        filtered: the filter of the runs, or ""; it becomes a column and a part of the caption.
-        parts: the texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
-    """
+    """Write numbers as CSV and Parquet, and texts as LaTeX (in parts, see `to_latex`) and Markdown."""
     stem = folder / table.name
     write_numbers(stem, frame, filtered)
     if filtered:

@@ -30,15 +30,7 @@ def write_probe_report(
     only: Sequence[str] = (),
     without: Sequence[str] = (),
 ) -> Report:
-    """Analyse a probe and write its page.
-
-    Args:
-        folder: the probe.
-        looked: source of its moments.
-        out: the page; by default `report.html` in its folder.
-        family: the models and edits to test; by default all.
-        only: answers to include, as KEY=VALUE[,VALUE...].
-        without: answers to exclude, in the same form.
+    """Analyse a probe and write its page, by default `report.html` in its folder.
 
     Raises:
         InputError: a declared or filtered name is not in the probe, or the page cannot be written.
