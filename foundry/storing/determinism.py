@@ -1,7 +1,6 @@
 """The results of repeating recorded calls, which show whether a server gives the same reply again."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +8,7 @@ import msgspec
 
 from foundry.expansion import is_served, leaves, settings_key
 from foundry.records import RunSummary
-from foundry.storing.run_files import claimed, json_file, storing, write_atomically
+from foundry.storing.run_files import json_file, storing, write_atomically
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.texts import visible
 
@@ -178,11 +177,6 @@ def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
     content = msgspec.json.format(msgspec.json.encode(_File(tuple(repeats))), indent=1)
     with storing(folder.path / DETERMINISM_FILE):
         write_atomically(folder.path / DETERMINISM_FILE, content + b"\n")
-
-
-def claim_repeats(folder: SweepFolder) -> AbstractContextManager[bool]:
-    """Reserve the measurement for this process, as several commands may run a sweep; the context yields if it could."""
-    return claimed(folder.path / "locks" / "determinism.lock")
 
 
 @dataclass(frozen=True)

@@ -144,10 +144,6 @@ class RunFolder:
     def _end_file(self) -> Path:
         return self.path / "run.json"
 
-    @cached_property
-    def _lock_path(self) -> Path:
-        return self._sweep_path / "locks" / f"{self.id}.lock"
-
     def config(self) -> dict[str, Any]:
         """Return the run's configuration; scenes and moments that came with the sweep are read from its folder."""
         return moments_here(scene_here(self.recorded_config(), self._scenes, self._sweep_path), self._sweep_path)
@@ -282,7 +278,7 @@ class RunFolder:
 
     def claim(self) -> AbstractContextManager[bool]:
         """Reserve the run for this process; the context yields whether it could. A crash frees the run."""
-        return claimed(self._lock_path)
+        return claimed(self._sweep_path / "locks" / f"{self.id}.lock")
 
 
 @contextlib.contextmanager

@@ -82,13 +82,9 @@ def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> li
 
 
 def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
-    """Return the runs that failed, with their errors."""
-    return [Failure(one.run, _cause(one)) for one in summaries if one is not None and one.status != "complete"]
-
-
-def _cause(summary: RunSummary) -> str | None:
-    """Return the error that ended a run; if foundry did not expect it, its type comes first."""
-    return f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error
+    """Return the runs that failed, with their errors; an unexpected error begins with its type."""
+    failed = [one for one in summaries if one is not None and one.status != "complete"]
+    return [Failure(one.run, f"{one.error_type}: {one.error}" if one.traceback else one.error) for one in failed]
 
 
 @dataclass

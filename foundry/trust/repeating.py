@@ -29,13 +29,12 @@ from foundry.storing.determinism import (
     Repeat,
     Repeats,
     answered_calls,
-    claim_repeats,
     is_measured,
     repeats_of,
     write_repeats,
 )
 from foundry.storing.matching import place_of
-from foundry.storing.run_files import sha256_of
+from foundry.storing.run_files import claimed, sha256_of
 from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file, lines_of
 from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Scenario
@@ -77,7 +76,7 @@ def repeat_calls(
         bounds = serving_of(member).in_flight
         budget = Budget.of(setting, calls // len(served), min(in_flight or bounds.initial, bounds.max))
         try:
-            with claim_repeats(folder) as is_ours:
+            with claimed(folder.path / "locks" / "determinism.lock") as is_ours:  # several commands may run a sweep
                 if (
                     is_ours
                     and not is_known(member)
