@@ -147,8 +147,6 @@ class Word(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class _Meaning(Word, frozen=True, kw_only=True):
-    """An entry of a language's file."""
-
     words: str = ""
     inflection: str = ""
     forms: str = ""
