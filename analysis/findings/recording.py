@@ -49,7 +49,7 @@ class Runs:
         self._questions = {part.name: part.question for part in parts()}
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
-        """Return the earliest example moments of a row, one per seed; without any, also the reason."""
+        """Return the earliest example moments of a row, one per seed, or the reason why there are none."""
         measure = str(row["measure"])
         sides = [
             self._typical(self._groups[str(row["factor"]), name, str(row["context"])], measure)
@@ -93,7 +93,7 @@ class Examples(Protocol):
     """Finds example moments of findings."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
-        """Return the earliest example moments of a row, one per seed; without any, also the reason."""
+        """Return the earliest example moments of a row, one per seed, or the reason why there are none."""
 
 
 def records_of(

@@ -3,7 +3,7 @@
 The script of most letters decides first. A text in Chinese characters and kana is Japanese if it has hiragana. Without
 hiragana, it is Japanese unless it has a character that Japanese does not use. A text in Latin letters is English if
 enough of its words are common English words. Any other script means another language. Names with digits, and words that
-many languages share, are ignored. A text of only these, or without any letter, counts as readable.
+many languages share, are ignored. A text that contains only these, or no letter, counts as readable.
 """
 
 import re

@@ -270,7 +270,7 @@ def nothing_claimed(rows: Sequence[Row]) -> str:
 
 
 def tests_in(rows: Sequence[Row]) -> int:
-    """Return how many rows were tested."""
+    """Return the number of rows that were tested."""
     return sum(not math.isnan(row["p_adjusted"]) for row in rows)
 
 

@@ -70,8 +70,9 @@ def said(sizes: Sequence[int]) -> str:
     """Return, in words, how often 5 % tests err after looks at these numbers of pairs; "" for a single look."""
     if len(sizes) < 2:
         return ""
-    which = f"{_ORDINALS[len(sizes)]} look" if len(sizes) < len(_ORDINALS) else f"look {len(sizes)}"
-    return f"{which}, none declared: {ALPHA:.0%} is {error_of(tuple(sizes), ALPHA):.0%}"
+    ordinal = f"{_ORDINALS[len(sizes)]} undeclared look" if len(sizes) < len(_ORDINALS) else ""
+    which = ordinal or f"undeclared look {len(sizes)}"
+    return f"{which}: tests at {ALPHA:.0%} err in {error_of(tuple(sizes), ALPHA):.0%} of cases"
 
 
 def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:

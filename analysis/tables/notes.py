@@ -90,7 +90,7 @@ def out_of_reach(differences: pd.DataFrame) -> list[str]:
 
 def _looks(differences: pd.DataFrame) -> list[str]:
     rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
-    said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
+    said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ )?undeclared look[^;]*)")
     found = said[0].dropna()
     return [f"{found.iloc[-1]}; foundry preregister declares looks before the runs"] if len(found) else []
 
