@@ -85,9 +85,7 @@ def test_a_bundle_carries_the_plan_and_the_looks(declared, analysed):
     ],
 )
 def test_a_plan_stays_as_it_is(declared, words, message):
-    done = foundry(*words, cwd=declared)
-    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert message in done.stderr
+    assert message in refusal(*words, cwd=declared)
 
 
 @pytest.mark.parametrize(
@@ -100,9 +98,7 @@ def test_a_plan_stays_as_it_is(declared, words, message):
     ],
 )
 def test_what_cannot_be_declared_is_one_line_and_leaves_no_folder(tmp_path, words, message):
-    done = foundry("preregister", *SWEEP, *words, cwd=tmp_path)
-    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert message in done.stderr
+    assert message in refusal("preregister", *SWEEP, *words, cwd=tmp_path)
     assert not (tmp_path / "out").exists()
 
 
@@ -198,9 +194,7 @@ def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
     ],
 )
 def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
-    done = foundry(*words, cwd=tmp_path)
-    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert message in done.stderr
+    assert message in refusal(*words, cwd=tmp_path)
 
 
 def test_another_sweep_than_was_declared_is_refused(tmp_path):

@@ -176,5 +176,4 @@ def test_a_quiet_command_leaves_out_what_is_no_result_and_the_next_one_does_not(
 
 
 def test_quiet_and_verbose_exclude_each_other(tmp_path: Path):
-    done = foundry("status", "out", "-q", "-v", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (2, "foundry: -q and -v cannot be used together. Give one of them.\n")
+    assert "-q and -v cannot be used together" in refusal("status", "out", "-q", "-v", cwd=tmp_path)

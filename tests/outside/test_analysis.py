@@ -35,8 +35,7 @@ class Outside:
 
     def foundry(self, *arguments: str) -> str:
         """Run a command that ends well, with the user's folder; return what it printed."""
-        done = succeeds(*arguments, "--config-dir", "mine", cwd=self.cwd)
-        return done.stdout
+        return succeeds(*arguments, "--config-dir", "mine", cwd=self.cwd).stdout
 
 
 @pytest.fixture(scope="module")

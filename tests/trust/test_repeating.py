@@ -42,8 +42,7 @@ def in_other_words(body: Body) -> str:
 
 
 def swept(server: OllamaServer, cwd: Path, *arguments: str) -> CompletedProcess[str]:
-    done = succeeds(*SWEEP, *arguments, cwd=cwd, OLLAMA_HOST=server.url)
-    return done
+    return succeeds(*SWEEP, *arguments, cwd=cwd, OLLAMA_HOST=server.url)
 
 
 def measured(cwd: Path) -> tuple[Repeats, ...]:
