@@ -2,9 +2,9 @@
 
 Shapes: N agents; C columns of values, as in `analysis.any.decided`.
 
-Differences between agents that last through a run are compared with the differences between shuffled agents. A shuffled
-agent joins the first third of one agent with the last third of another. Each third is a whole sequence, so dependence
-from step to step stays intact. The middle third separates the two.
+Agents may differ from each other through a whole run. These differences are compared with those of shuffled agents. A
+shuffled agent joins the first third of one agent with the last third of another. Each third is a whole sequence, so
+dependence from step to step stays intact. The middle third separates the two.
 """
 
 import math

@@ -48,7 +48,7 @@ class CameraRecords:
         return {name: [row[name] for row in rows] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the columns that all forms share, by name; the action is the kind of command, or the answer."""
+        """Return the columns that all forms share, by name; `action` has the kind of command, or the answer."""
         found = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
         kinds = kinds_of(
             bearing=_filled(found.pop("move_bearing"), math.nan),

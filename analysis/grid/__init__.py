@@ -33,7 +33,7 @@ def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
 
 def _methods(labellings: Sequence[Labelling]) -> list[str]:
     labellers = joined(dict.fromkeys(one.labeller for one in labellings))
-    return [f"Messages were labelled as warnings or not by {labellers}."]
+    return [f"{labellers} decided which messages are warnings."]
 
 
 def _limits(labellings: Sequence[Labelling]) -> list[str]:

@@ -151,7 +151,10 @@ def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
 
 
 def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: str = "") -> Corrected:
-    """Return the correction of a label by people's labels; `models` are by run, `more` continues the labelling."""
+    """Return the correction that people's labels give for a rule or a model; `models` are by run.
+
+    The command `more` continues the labelling.
+    """
     shares = {item: _shares(answers) for item, answers in labels.answers.items()}
     clear = {item: found for item, found in shares.items() if found}
     labelled = Counter(one.stratum for one in labels.sample.drawn if one.item in clear)

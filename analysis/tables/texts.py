@@ -255,7 +255,7 @@ def write_table(
     write_numbers(stem, frame, filtered)
     if filtered:
         table, *parts = [
-            replace(part, caption=f"{part.caption} Part of the runs: {filtered}.") for part in (table, *parts)
+            replace(part, caption=f"{part.caption} Only a part of the runs: {filtered}.") for part in (table, *parts)
         ]
     stem.with_suffix(".tex").write_text(to_latex(table, parts), encoding="utf-8", newline="\n")
     stem.with_suffix(".md").write_text(to_markdown(table), encoding="utf-8", newline="\n")

@@ -36,7 +36,7 @@ _LEFT_OUT = frozenset(("_target_", "name"))
 
 
 def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compared: Comparison) -> pd.DataFrame:
-    """Return a row per group of runs in a world with known results; the columns are COLUMNS.
+    """Return a table with a row per group of runs, if theory gives a result for their world; the columns are COLUMNS.
 
     `random` and `best` are the means of the policies `Facts.random` and `Facts.best` in this world, for example from
     `foundry analyze --baselines`; NaN without such runs. `settings` lists the swept settings of the world other than

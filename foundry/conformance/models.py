@@ -131,8 +131,8 @@ def answers_the_same(case: ModelCase) -> None:
     for request, *replies in zip(requests, first, back, alone, strict=True):
         require(
             replies[0].text == replies[1].text == replies[2].text,
-            f"a '{request.kind}' of agent {request.agent} gets a different reply the second time or from a copy: "
-            "draw only from the request's generator, keep no state, and keep the order of requests",
+            f"a '{request.kind}' of agent {request.agent} gets a different reply if asked again, or from a "
+            "copy of the policy: draw only from the request's generator, keep no state, and keep the order of requests",
         )
 
 

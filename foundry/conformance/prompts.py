@@ -29,7 +29,7 @@ def fills_every_question(case: WorldCase) -> None:
 
 
 def names_what_is_observed(case: WorldCase) -> None:
-    """Every name in a template, even in a branch that is not taken, occurs in some question of its kind."""
+    """A template uses only names that questions of its kind have, even in branches that are not taken."""
     observed: dict[str, set[str]] = {}
     for question in case.put:
         observed.setdefault(question.kind, set()).update(question.observation)

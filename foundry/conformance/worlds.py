@@ -264,7 +264,7 @@ def writes_what_it_declares(case: WorldCase) -> None:
         for row in steps_of(turn.records):
             require(
                 row.step == step,
-                f"a record that is written in step {step} has step {row.step}: write the current step, from 1",
+                f"a record of step {step} gives its step as {row.step}: write the current step; the first step is 1",
             )
             require(row.agent in agents, f"a record has agent {row.agent!r}, but the agents are 0 to {len(agents) - 1}")
 

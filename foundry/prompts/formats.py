@@ -166,7 +166,7 @@ class Format:
 
 
 def unmarked(value: Any) -> Any:
-    """Remove characters that are marks from a value that is filled in."""
+    """Remove the template's own marks from a value before the template uses it."""
     return _MARKS.sub("", value) if isinstance(value, str) else value
 
 

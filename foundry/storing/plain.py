@@ -24,7 +24,7 @@ _PARSER_DEPTH = "exceeded maximum nesting depth"
 MOST_VALUES = 20_000_000
 """Maximum number of values in a YAML text, where a value that an alias repeats counts each time."""
 MOST_SETTINGS = 100_000
-"""Maximum number of values in a configuration file; it is smaller, since each value becomes an object."""
+"""Maximum number of values in a configuration file: fewer than in other files, because each value becomes an object."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)

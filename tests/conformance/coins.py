@@ -311,7 +311,7 @@ BROKEN = [
     (with_scenario("Idler", actions=lambda self: {"call": Actions(labels=CALLS, idle="nothing")}),
      "declares its records", "idle action"),
     (with_world("Strangers", advance=_other_class), "writes what it declares", "Stranger"),
-    (with_world("Misnumbered", row=row_with(step=0)), "writes what it declares", "has step 0"),
+    (with_world("Misnumbered", row=row_with(step=0)), "writes what it declares", "gives its step as 0"),
     (with_world("Halved", advance=_half), "records every step", "agent 0 was asked in step 1"),
     (with_world("Freely", row=row_with(action="edge")), "decides as declared", "declared are only"),
     (with_world("Inventive", row=row_with(action=lambda self, row, answer: row.action or "pass")),

@@ -72,7 +72,7 @@ RELAY_WITHIN = 5
 """A warning counts as a relay up to this number of steps after the agent was told."""
 
 SHUFFLES = 100
-"""Number of random shifts of the labels with which relaying is compared."""
+"""Number of random shifts of the labels for `relay_above_chance`."""
 
 
 def measure(run: GridRun) -> dict[str, float]:

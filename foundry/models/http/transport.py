@@ -21,7 +21,7 @@ MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to 
 """Texts of errors with status 500 that the output of the model causes: one of Ollama, then two of llama.cpp."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
-"""Maximum number of characters of a name from a server that is recorded."""
+"""foundry records at most this number of characters of a name that a server reports."""
 NUMBERS = (int, float)
 LARGEST_NUMBER = sys.float_info.max
 LARGEST_COUNT = 2**53 - 1

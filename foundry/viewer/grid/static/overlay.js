@@ -195,7 +195,7 @@
       about.places.length ? ["place", "▭", "place: number of agents and capacity, also as a bar; red above the capacity"] : null,
       (about.walls || []).length ? ["soft", "■", "wall"] : null, (about.exits || []).length ? ["talk", "■", "exit"] : null,
       (about.zones || []).length ? ["bad", "▒", "zone"] : null, about.food ? ["place", "▒", "food: darker means more"] : null, (about.fires || []).some((one) => one.spread) ? ["fire", "▒", "burning cell"] : null];
-    const joint = together ? [["ink", "●◆▲", "all on one map: agents have the form and colour of their run"], ["soft", "─", "the same agent in two runs"],
+    const joint = together ? [["ink", "●◆▲", "all on one map: the shape and colour of an agent's marker name its run"], ["soft", "─", "the same agent in two runs"],
       ["ink", "─", "trail, in the run's colour"], ["ink", "▒", "heat map: a darker cell has more visits"]] : [];
     return h("details", {class: "map-legend"}, h("summary", {}, "what the marks mean"),
       h("ul", {class: "legend"}, [...marks.filter(Boolean), ...joint].map(([tone, sign, text]) => h("li", {}, sample(tone, sign), ` ${text}`))));
