@@ -19,6 +19,7 @@ WORLD = (
 )  # fmt: skip
 HERD_AND_AVOID = "model=scripted/herd,scripted/avoid"
 MOMENTS, REPEATS = 18, 4
+QUIET = ("analyze=false", "runner.workers=1")
 
 
 def done(*arguments: str, cwd: Path, **variables: str) -> str:
@@ -71,7 +72,7 @@ def noted(folder: Path) -> list[tuple[str, int | None, int | None, int | None, s
 def pilot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two models, three seeds each."""
     folder = tmp_path_factory.mktemp("pilot")
-    done("-m", HERD_AND_AVOID, "seed=0-2", *WORLD, "analyze=false", "output.dir=pilot", cwd=folder)
+    done("-m", HERD_AND_AVOID, "seed=0-2", *WORLD, *QUIET, "output.dir=pilot", cwd=folder)
     return folder / "pilot"
 
 
@@ -80,7 +81,7 @@ def probed(pilot: Path) -> Path:
     """Five models in moments of two, without the fire and in a mirror, too; `other` is random by another name."""
     write_models(pilot.parent, left="policies.Left", other="foundry.worlds.any.any_policies.Random")
     models = f"{HERD_AND_AVOID},scripted/random,left,other"
-    settings = (f"moments={MOMENTS}", "moments_seed=3", f"repeats={REPEATS}", "edit=no_fire,mirror", "analyze=false")
+    settings = (f"moments={MOMENTS}", "moments_seed=3", f"repeats={REPEATS}", "edit=no_fire,mirror", *QUIET)
     told = done(
         "probe", "pilot", "--config-dir", "mine", "-m", models, *settings, "output.dir=probed", cwd=pilot.parent
     )

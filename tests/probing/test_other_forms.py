@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from foundry.storing.store import RunFolder
-from probing.conftest import done, lines, refused, runs, write_models
+from probing.conftest import QUIET, done, lines, refused, runs, write_models
 
 PLACES = 3
 TRUSTED = ("--trust-targets", "policies")
@@ -28,23 +28,13 @@ def past_of(run: RunFolder, step: int, agent: int) -> tuple[int, bool] | None:
 
 @pytest.mark.slow
 def test_who_goes_by_the_last_evening_changes_with_what_is_told_of_it_and_with_nothing_else(tmp_path: Path):
-    world = ("world=bar", "world.agents=6", "world.steps=6", f"world.capacity={PLACES / 6}", "analyze=false")
+    world = ("world=bar", "world.agents=6", "world.steps=6", f"world.capacity={PLACES / 6}", *QUIET)
     for model in ("coin", "always_go"):
         done("-m", *world, f"model=scripted/{model}", "seed=0-1", f"output.dir={model}", cwd=tmp_path)
     write_models(tmp_path, follower="policies.Follower")
     edits = "edit=others_went,no_history,scale_payoffs,rename_agents"
-    asked = (
-        "coin",
-        "always_go",
-        "--config-dir",
-        "mine",
-        "model=follower",
-        "moments=32",
-        "repeats=2",
-        "window=2",
-        edits,
-    )
-    done("probe", *asked, edits, "output.dir=probed", cwd=tmp_path)
+    asked = ("coin", "always_go", "--config-dir", "mine", "model=follower", "moments=32", "repeats=2", "window=2")
+    done("probe", *asked, edits, "runner.workers=1", "output.dir=probed", cwd=tmp_path)
     probed = tmp_path / "probed"
     recorded = {run.id: run for name in ("coin", "always_go") for run in runs(tmp_path / name)}
     unedited, reversed_, forgotten = (chosen(probed, edit) for edit in ("none", "others_went", "no_history"))

@@ -12,7 +12,7 @@ from foundry.probing.seen import SeenProbe
 from foundry.storing.probed import ANSWERS, choices_in
 from foundry.storing.store import SweepFolder
 from openai_server import Body, ChatCase, OpenAIServer
-from probing.conftest import done, lines, runs
+from probing.conftest import QUIET, done, lines, runs
 
 pytestmark = pytest.mark.slow
 
@@ -49,7 +49,7 @@ def answer(body: Body) -> ChatCase:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A pilot of six seeds, probed with probabilities, by repeats, and with words before the decision."""
     folder = tmp_path_factory.mktemp("told")
-    bar = ("world=bar", "world.agents=2", "world.steps=2", "analyze=false")
+    bar = ("world=bar", "world.agents=2", "world.steps=2", *QUIET)
     done("-m", "model=scripted/random", "seed=0-5", *bar, "output.dir=pilot", cwd=folder)
     with OpenAIServer(answer) as server:
         for name, more in (
@@ -57,7 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ("repeated", ()),
             ("reasoned", ("model.logprobs=5", "+model.extra.reasoning=true")),
         ):
-            asked = (*ASKED, *OPENLY, *more, "analyze=false", f"output.dir={name}")
+            asked = (*ASKED, *OPENLY, *more, *QUIET, f"output.dir={name}")
             printed = done(*asked, cwd=folder, OPENAI_BASE_URL=server.base_url)
             assert ("one where probabilities replace all repeats" in printed) == (name != "repeated")
     return folder

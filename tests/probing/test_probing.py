@@ -20,10 +20,9 @@ from foundry.worlds.probe.moments import Moments
 from holding import Holding
 from ollama_cases import Body
 from ollama_server import OllamaServer
-from probing.conftest import MOMENTS, REPEATS, WORLD, done, lines, refused, runs
+from probing.conftest import MOMENTS, QUIET, REPEATS, WORLD, done, lines, refused, runs
 
 TRUSTED = ("--trust-targets", "policies")
-QUIET = ("analyze=false", "runner.workers=1")
 
 
 def moments_in(path: Path) -> Moments:
@@ -179,7 +178,8 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
             "from dataclasses import replace\nNAME, LEAVES = 'alone', 'cause'\n"
             f"def edit(question):\n    return {edited}\n"
         )
-    command = ("probe", str(pilot), "model=scripted/stay", "edit=alone", "moments=2", "output.dir=out")
+    asked = ("model=scripted/stay", "edit=alone", "moments=2", "runner.workers=1", "output.dir=out")
+    command = ("probe", str(pilot), *asked)
     failed = foundry(*command, "--config-dir", "wrong", cwd=tmp_path)
     assert "wrong/edits/alone.py cannot edit a question of kind" in failed.stderr + failed.stdout
     done(*command, "--config-dir", "mine", cwd=tmp_path)
@@ -256,7 +256,7 @@ def test_the_end_of_a_probe_tells_with_which_edit_replies_could_not_be_read(pilo
     def reader_of_fires(body: Body) -> str:
         return '{"action": "stay", "reasoning": "r"}' if "great" in str(body["messages"]) else "no idea"
 
-    asked = ("model=qwen3:4b", "edit=no_fire", "moments=20", "repeats=1", "analyze=false", "output.dir=out")
+    asked = ("model=qwen3:4b", "edit=no_fire", "moments=20", "repeats=1", *QUIET, "output.dir=out")
     with OllamaServer(reader_of_fires) as server:
         told = done("probe", str(pilot), "-m", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
     (unread_of_model,) = unread(SweepFolder.open(tmp_path / "out").runs())
@@ -272,7 +272,7 @@ def test_a_plan_counts_the_calls_that_the_probe_then_makes(pilot: Path, tmp_path
     told = done("probe", str(pilot), "--plan", *ASKED, "output.dir=out", cwd=tmp_path)
     rows = [line.split() for line in told.splitlines()]
     assert rows[0] == ["edit", "moments", "conditions", "calls"] and not list(tmp_path.iterdir())
-    done("probe", str(pilot), *ASKED, "output.dir=out", "analyze=false", "runner.workers=1", cwd=tmp_path)
+    done("probe", str(pilot), *ASKED, "output.dir=out", *QUIET, cwd=tmp_path)
     made = Counter[str]()
     for run in runs(tmp_path / "out"):
         made[run.factors["edit"]] += len(lines(run))
@@ -304,7 +304,7 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert said[0] == f"{hashlib.sha256(plan).hexdigest()}  out/preregistration.yaml"
     assert said[1] == "3 seeds, tests: 2 of edits" and said[-1].endswith(f"then: foundry probe {' '.join(asked)}")
     assert not any("known before" in line for line in said)
-    done("probe", *asked, "analyze=false", cwd=tmp_path)
+    done("probe", *asked, *QUIET, cwd=tmp_path)
     assert analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False).planned
     again = [word.replace("=out", "=again") for word in asked]
     said = done("preregister", *again, "--family", "no_fire", cwd=tmp_path).splitlines()
