@@ -66,5 +66,6 @@ def _forget(modules: list[str]) -> None:
     for name in modules:
         del sys.modules[name]
     for name, function in _REMEMBERING.items() if modules else ():
-        if name in sys.modules:
-            getattr(sys.modules[name], function).cache_clear()
+        remembering = getattr(sys.modules.get(name), function, None)  # the thread of a server may just import it
+        if remembering is not None:
+            remembering.cache_clear()
