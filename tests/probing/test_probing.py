@@ -308,7 +308,7 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False).planned
     again = [word.replace("=out", "=again") for word in asked]
     said = done("preregister", *again, "--family", "no_fire", cwd=tmp_path).splitlines()
-    assert said[2].startswith("known before the plan: runs in out; ask in other moments: ")
+    assert said[2].startswith("known before the plan: runs in out; to ask in other moments, ")
     told = " ".join(done("probe", *again, cwd=tmp_path).split())
     assert "nothing differs from the plan" in told and "known before the plan: runs in out" in told
     assert EXPLORES not in told
