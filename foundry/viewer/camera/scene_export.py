@@ -108,14 +108,7 @@ def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[st
 def _to_glb(
     scene: Scene, camera: Mapping[str, Any], body: Mapping[str, Any], targets: Mapping[str, list[list[float]]]
 ) -> bytes:
-    """Return a scene and the agent's eye as GLB.
-
-    Args:
-        scene: the scene.
-        camera: width and height, pixels, and `fov`, the vertical field of view, degrees.
-        body: `height` and `eye_height`, metres.
-        targets: boxes of the prims that can be targets, by path.
-    """
+    """Return a scene and the agent's eye as GLB, given settings of its world and boxes of possible targets by path."""
     from foundry.worlds.camera.eye.rendering import batches
 
     file = _File()

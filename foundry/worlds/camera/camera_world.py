@@ -96,16 +96,7 @@ class Moved:
 
 
 def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
-    """Return the result of a command.
-
-    Args:
-        pose: pose before the command.
-        command: the command.
-        collider: moves the body among the obstacles.
-        body: the body.
-        pitch_limit: largest pitch of the gaze, up or down, degrees.
-        slide: whether the body slides along an obstacle; else it stops there.
-    """
+    """Return the result of a command from a pose; with `slide`, the body slides along an obstacle, else it stops."""
     if command.idle:
         return Moved(pose, None, 0.0, (pose,), ())
     yaw = (pose.yaw + (command.turn or 0.0)) % 360.0

@@ -160,14 +160,7 @@ Facing: TypeAlias = tuple[float, float]
 
 
 def told(grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> dict[str, str]:
-    """Return a description of a route, by language.
-
-    Args:
-        grain: one of GRAINS.
-        goal: name of the thing at the route's end.
-        legs: the route.
-        facing: angles to the middle of that thing at the end, from the heading and from the horizon, degrees.
-    """
+    """Return a description of a route to the thing `goal`, by language; `grain` is one of GRAINS."""
     return {language: teller.tell(grain, goal, legs, facing) for language, teller in _TELLERS.items()}
 
 

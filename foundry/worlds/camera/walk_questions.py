@@ -69,12 +69,7 @@ class Probe:
 
 
 class Walk:
-    """The things in a walk's pictures, and where they are as seen from its end.
-
-    Args:
-        things: the things of the scene.
-        frames: poses of the pictures, in order; the last one is the end of the walk.
-    """
+    """The things in a walk's pictures, and where they are as seen from its end, which is the last of `frames`."""
 
     def __init__(self, things: Things, frames: Sequence[Pose]) -> None:
         self._things, self.end = things, frames[-1]
@@ -206,16 +201,10 @@ _ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
 
 
 def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[Pose]:
-    """Return the poses at which pictures of a path are taken.
+    """Return the poses of `number` pictures of a path through (k, 3) points, metres.
 
     The first pose is the start with its own heading. The others are evenly spaced and look along the path, but the last
-    one, at the end, looks towards the target.
-
-    Args:
-        start: the first pose.
-        points: the path, (k, 3) metres.
-        facing: the last heading, degrees.
-        number: number of pictures.
+    one, at the end, has the heading `facing`.
     """
     lengths = np.hypot(*np.diff(points[:, :2], axis=0).T)
     ends = np.concatenate([[0.0], np.cumsum(lengths)])

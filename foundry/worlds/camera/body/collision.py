@@ -74,14 +74,7 @@ class Ground:
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
-        """Return the height of the foot at each of (k, 2) points in turn, as far as there is a floor.
-
-        Args:
-            points: places on the path, metres.
-            foot_z: height of the foot before the first point, metres.
-            near: the triangles near the path.
-            body: the body.
-        """
+        """Return the height of the foot at each of (k, 2) points in turn, from `foot_z` on, up to the floor's end."""
         if self.floor_height is not None:
             return np.full(len(points), self.floor_height)
         flat = self.surfaces.flat(near)

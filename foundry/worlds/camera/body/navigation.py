@@ -152,13 +152,7 @@ class Approach:
 
 
 class Approaches:
-    """Finds the cells around a place, or on the way out of a narrow place.
-
-    Args:
-        collider: checks moves.
-        places: (n, 3) the centres of the cells.
-        cell_m: edge of a cell, metres.
-    """
+    """Finds the cells, with centres (n, 3) in metres, around a place or on the way out of a narrow place."""
 
     def __init__(self, collider: Collider, body: Body, places: FloatArray, cell_m: float) -> None:
         self._collider, self._body, self._places, self._cell_m = collider, body, places, cell_m

@@ -70,13 +70,9 @@ def wish() -> Wish:
 
 
 def places_to_try(asked: Wish, devices: Sequence[bool]) -> list[int | None]:
-    """Return the indices of the devices to try, the best first; None lets VTK choose.
+    """Return the indices of the devices to try, the best first, given whether each is a GPU; None lets VTK choose.
 
     Software comes last. It is named by its index if VTK would prefer a GPU.
-
-    Args:
-        asked: the user's choice.
-        devices: for each device in EGL's list, whether it is a GPU.
 
     Raises:
         InputError: the choice is a GPU, but there is none.

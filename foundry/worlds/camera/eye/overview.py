@@ -160,13 +160,9 @@ class Layout:
 
 
 def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tuple[int, int]) -> Layout:
-    """Return the layout that changes the large picture least, with the small picture outside its content.
+    """Return the layout that changes the large picture least, with the small one outside its content, a box (2, 3).
 
-    Args:
-        camera: camera of the large picture.
-        bounds: (2, 3) box around its content, metres.
-        frame: width and height of the large picture, pixels.
-        inset: width and height of the small picture, pixels.
+    `frame` and `inset` are the widths and heights of the large and the small picture, pixels.
     """
     right, bottom = frame[0] - inset[0] - MARGIN_PX, frame[1] - inset[1] - MARGIN_PX
     corners = [(right, bottom), (MARGIN_PX, bottom), (right, TOP_PX + MARGIN_PX), (MARGIN_PX, TOP_PX + MARGIN_PX)]
@@ -195,14 +191,7 @@ def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
 
 
 def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
-    """Return the shift (2,) of the content away from a small picture, pixels.
-
-    Args:
-        shown: (n, 2) pixels of the content's corners.
-        frame: width and height of the large picture, pixels.
-        at: whether the small picture is on the left, and whether it is at the top.
-        part: fraction of the largest possible shift.
-    """
+    """Return the shift of content with (n, 2) corners away from a small picture, pixels; `at` is (left, on top)."""
     low, high = shown.min(axis=0), shown.max(axis=0)
     far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
     return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))

@@ -46,12 +46,9 @@ def offsets_from(eye: FloatArray, ahead: FloatArray, up: FloatArray, points: Flo
 
 
 def in_picture(offsets: FloatArray, frame: tuple[int, int], fov_deg: float) -> FloatArray:
-    """Return the pixels, (..., 2) to the right and down, at which a picture shows points.
+    """Return the pixels, (..., 2) to the right and down, of points with offsets (..., 3) of `offsets_from`, all ahead.
 
-    Args:
-        offsets: offsets of the points from `offsets_from`, (..., 3), all ahead of the eye.
-        frame: width and height of the picture, pixels.
-        fov_deg: its vertical field of view, degrees.
+    `frame` is the width and height of the picture, pixels; `fov_deg` its vertical field of view.
     """
     scale = frame[1] / 2 / np.tan(np.radians(fov_deg) / 2) / offsets[..., 2]
     return np.stack([frame[0] / 2 + offsets[..., 0] * scale, frame[1] / 2 - offsets[..., 1] * scale], axis=-1)

@@ -130,10 +130,7 @@ def made(said: Arguments) -> Word:
 def bare_mention(said: Arguments, act: Act | None, *, shared: bool = False) -> Mention | str:
     """Return the motion that words without a verb ask for, or the reason why they ask for none.
 
-    Args:
-        said: the words.
-        act: kind of motion of the verb before them, or None.
-        shared: whether that verb certainly applies to them, as in "turn: left".
+    `act` is the kind of motion of the verb before them; with `shared`, it applies to them, as in "turn: left".
     """
     dimension = said.amount.dimension if said.amount else None
     vertical = bool(said.ways) and {*said.ways} <= _VERTICAL.keys()
@@ -245,13 +242,7 @@ _MEASURED = frozenset(("step", "move"))
 
 
 def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Arguments:
-    """Return the words from `start` that belong to a verb.
-
-    Args:
-        tokens: the tokens of a segment.
-        start: index after the verb.
-        verb: the verb, or None for words without a verb.
-    """
+    """Return the words from `start` that belong to a verb; without a verb, the words up to the next verb."""
     said = Arguments(start=start - 1 if verb else start, end=start, last=start)
     for at in range(start, len(tokens)):
         kind = tokens[at].kind
