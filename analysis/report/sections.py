@@ -139,7 +139,7 @@ def comparison_grid(found: Material) -> Grid:
 
 
 def contrast_grids(found: Material) -> list[Grid]:
-    """Return the differences in the declared measures, one table per measure."""
+    """Return the differences in the tested measures, one table per measure."""
     return [grid_of(table) for table in contrast_tables(found.analysis.contrasts)]
 
 
@@ -150,14 +150,14 @@ def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
 
 
 def values_grid(found: Material, base: Path) -> Grid:
-    """Return the declared measures of every complete run, with equal decimals in each column."""
+    """Return the tested measures of every complete run, with equal decimals in each column."""
     columns = [name for name in found.analysis.declared if name in found.analysis.runs]
     kept = [index for index, member in enumerate(found.members) if member.complete]
     values = found.analysis.runs[columns].to_numpy(dtype=np.float64)[kept]
     members = [found.members[index] for index in kept]
     names = [[link(one, base) for one in members], [one.shown.label for one in members], [one.seed for one in members]]
     cells = [*names, *(alike(column.tolist()) for column in values.T)]
-    caption = "The declared measures of every complete run; signatures.csv has all other measures."
+    caption = "The tested measures of every complete run; signatures.csv has all other measures."
     return grid(caption, ("run", "group", "seed", *columns), list(zip(*cells, strict=True)), labels=2)
 
 

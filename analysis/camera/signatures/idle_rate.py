@@ -13,7 +13,7 @@ MEASURES = {
     ),
     "invalid": share("No readable decision (share of decisions)"),
     "immobile": share("Did not move (share of decisions)"),
-    "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),
+    "longest_run": Measure("Most successive steps without a move (mean of agents)", low=0),
 }
 
 HEADLINE = ("chosen", "blocked", "invalid")
