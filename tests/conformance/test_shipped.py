@@ -40,7 +40,6 @@ SMALL = {
         *SMALL_PICTURES,
     ),
     "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
-    "survival_zone": ("world.agents=6", "world.steps=2"),
 }
 SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow", "map_probe")
 ABSTRACT = ("usd",)
