@@ -1,9 +1,11 @@
 """Repeats a model's calls after failures that another try may cure."""
 
+from __future__ import annotations
+
 import asyncio
 import time
 from collections.abc import Awaitable, Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -14,6 +16,9 @@ from foundry.models.serving import Retry
 from foundry.models.wrappers.wrapper import Wrapper
 from foundry.records import Attempt
 from foundry.texts import without_secrets
+
+if TYPE_CHECKING:
+    from tenacity import RetryCallState
 
 T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
@@ -68,8 +73,7 @@ class RetriedModel(Wrapper):
         await self._tried(self.inner.warm_up, [])
 
     async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
-        unusable = 0
-        while True:
+        async def attempt() -> T:
             started = time.perf_counter()
             try:
                 return await call()
@@ -77,21 +81,60 @@ class RetriedModel(Wrapper):
                 self._noted(error, started)
                 elapsed = time.perf_counter() - started
                 failures.append(Attempt(error=without_secrets(str(error)), elapsed_s=elapsed, busy=error.busy))
-                unusable += isinstance(error, UnusableReply)
-                if len(failures) >= self._retry.attempts or unusable >= self._retry.unusable_attempts:
-                    raise _given_up(error, len(failures)) from error.__cause__
-                wait_s = self._wait_s(error, len(failures))
-            await self._sleep(wait_s)
+                raise
 
-    def _wait_s(self, error: TransientError, failures: int) -> float:
-        """Return the wait after a failure, seconds: at least half of the longest wait, and what the server requests."""
-        asked_s = error.retry_after_s or 0.0
-        if asked_s > LONGEST_ASKED_S:
-            raise ServerError(
-                f"{error} It asks to wait {asked_s:.0f} s. Continue later with: foundry resume"
-            ) from error
-        longest_s = min(self._retry.wait_max_s, self._retry.wait_initial_s * 2.0 ** min(failures - 1, 99))
-        return max(longest_s * float(self._jitter.uniform(0.5, 1.0)), asked_s)
+        try:
+            return await attempt()
+        except TransientError as error:
+            first = error
+        try:
+            return await self._again(attempt, first)
+        except TransientError as error:
+            raise _given_up(error, len(failures)) from error.__cause__
+
+    async def _again(self, attempt: Callable[[], Awaitable[T]], first: TransientError) -> T:
+        """Repeat a call as the settings say; `first` is the error of its first try."""
+        import tenacity  # imported here, since most calls succeed at once
+
+        backoff = tenacity.wait_exponential(multiplier=self._retry.wait_initial_s, max=self._retry.wait_max_s)
+        most = tenacity.stop_after_attempt(self._retry.attempts)
+        failed, unusable = [first], 0
+
+        async def tried() -> T:
+            if failed:
+                raise failed.pop()
+            return await attempt()
+
+        def is_used_up(state: RetryCallState) -> bool:
+            nonlocal unusable
+            unusable += isinstance(_error(state), UnusableReply)
+            return unusable >= self._retry.unusable_attempts or most(state)
+
+        def wait_s(state: RetryCallState) -> float:
+            jittered = backoff(state) * float(self._jitter.uniform(0.5, 1.0))
+            return max(jittered, _error(state).retry_after_s or 0.0)
+
+        policy = tenacity.AsyncRetrying(
+            retry=tenacity.retry_if_exception_type(TransientError),
+            stop=is_used_up,
+            wait=wait_s,
+            sleep=self._sleep,
+            before_sleep=_check_wait,
+            reraise=True,
+        )
+        return await policy(tried)
+
+
+def _error(state: RetryCallState) -> Any:
+    return state.outcome.exception() if state.outcome else None
+
+
+def _check_wait(state: RetryCallState) -> None:
+    """Raise an error if a server requests too long a wait."""
+    error = _error(state)
+    asked_s = error.retry_after_s or 0.0
+    if asked_s > LONGEST_ASKED_S:
+        raise ServerError(f"{error} It asks to wait {asked_s:.0f} s. Continue later with: foundry resume") from error
 
 
 def _given_up(error: TransientError, tries: int) -> TransientError:
