@@ -161,7 +161,7 @@ def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(resources: Reso
 def test_a_note_on_no_moment_of_the_probe_is_refused(resources: Resources, tmp_path: Path):
     for moment, message in (
         (18, "There is no moment 18: give a number from 0 to 17."),
-        (8, "Moment 8 is agent "),
+        (8, "A note on moment 8 must name run '"),
         (-1, "The note cannot be read: "),
         (None, "Run '"),
     ):
