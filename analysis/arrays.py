@@ -24,7 +24,7 @@ STAY = 0
 
 
 class Decisions:
-    """Which decisions of a run are readable; base of the dataclasses of runs.
+    """The readable decisions of a run; base of the dataclasses of runs.
 
     Attributes:
         outcome: outcome of each call, an index into OUTCOMES.

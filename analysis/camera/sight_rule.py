@@ -147,7 +147,7 @@ def _clauses(sentence: str) -> tuple[str, ...]:
 
 
 def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
-    """Return whether a clause claims to see what it mentions.
+    """Return whether a clause claims to see the thing that it mentions.
 
     Args:
         parts: the texts before, between and behind the mentions.

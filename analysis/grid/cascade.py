@@ -21,7 +21,7 @@ NOBODY = -1
 
 @dataclass(frozen=True)
 class Cascade:
-    """How each agent learnt of a fire; every array has one element per agent, (N,).
+    """The way in which each agent learnt of a fire; every array has one element per agent, (N,).
 
     The forest has an edge from the sender of an agent's first warning to this agent, if the agent sent no warning
     before.

@@ -21,7 +21,7 @@ COURSES: Mapping[str, Callable[[GridRun], BoolArray]] = {
     "spoke (share)": lambda run: run.spoke,
     "in a place (share)": lambda run: run.place[1:] != OUTSIDE,
 }
-"""What is plotted step by step: for each title, a function that returns whether it holds for each agent, (T, N)."""
+"""Curves over the steps: for each title, a function that returns whether it holds for each agent, (T, N)."""
 MOST_SEEDS = 12
 """Maximum number of seeds for which the positions of groups are compared step by step."""
 

@@ -190,7 +190,7 @@ class GridRun(Decisions):
 
     @cached_property
     def there(self) -> BoolArray:
-        """Whether each agent was present and asked, (T, N)."""
+        """True for each agent that was present and asked, (T, N)."""
         return np.ones(self.choice.shape, dtype=np.bool_) if self.present is None else self.present
 
     @property

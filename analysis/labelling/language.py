@@ -89,7 +89,7 @@ _COMMON = _listed(
     wrong yeah year years yes yesterday yet you you'd you'll you're you've young your yours yourself zero
     """
 )
-"""Common English words, including those of messages about a fire and of walks."""
+"""Common English words, including words of messages about a fire and of walks."""
 
 
 def is_read(text: str) -> bool:

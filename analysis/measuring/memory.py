@@ -94,7 +94,7 @@ class Memory:
                 self._connection.commit()
 
     def forget_others(self, keys: set[str]) -> None:
-        """Remove the results under all other keys, such as those of older code."""
+        """Remove the results under all other keys, such as results of older code."""
         stale = [(key,) for key in self._known - keys]
         if self._usable and stale:
             with self._giving_up():

@@ -90,7 +90,7 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
         raise not_found("Model", model, models, "Name a model that ran in these sweeps.")
     whole = [sweep for sweep in having if not is_probe(sweep.folder)]
     columns = ("sweep", "weights", "foundry", "server repeats", "runs", "complete", "unreadable decisions")
-    caption = f"Sweeps in which the model ran. A hyphen means unknown.{'' if len(whole) == len(having) else PROBES}"
+    caption = f"Sweeps with runs of the model. A hyphen means unknown.{'' if len(whole) == len(having) else PROBES}"
     facts = Table("facts", caption, columns, tuple(_facts(sweep, model) for sweep in having), labels=4)
     return Card(model, facts, tuple(setting for sweep in whole for setting in _settings(sweep, model, len(having) > 1)))
 

@@ -47,7 +47,7 @@ class Scale:
 
 
 ANY = Scale()
-"""The scale of a measure of which nothing is known."""
+"""The scale of an unknown measure."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from foundry.storing.store import RunFolder
 NONE = "none"
 """The name that stands for no edit, and for the unchanged format of a prompt."""
 PROBABILITIES, REPEATS = "probabilities", "repeats"
-"""Where the shares of choices in a moment come from: probabilities of one reply, or repeated calls."""
+"""Source of the shares of choices in a moment: probabilities of one reply, or repeated calls."""
 
 
 class MomentKey(NamedTuple):
@@ -37,7 +37,7 @@ Chosen: TypeAlias = dict[MomentKey, Counter[str]]
 
 
 class Asked(NamedTuple):
-    """What was asked: a subject (a model with its prompt), an edit, and a format of the prompt."""
+    """A way of asking: a subject (a model with its prompt), an edit, and a format of the prompt."""
 
     subject: Subject
     edit: str

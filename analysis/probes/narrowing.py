@@ -23,7 +23,7 @@ Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | b
 
 
 class _Moments(msgspec.Struct):
-    """What is read from `moments.json`: run, step, agent, kind and `again` of each moment, and its strata."""
+    """Content of `moments.json`: run, step, agent, kind and `again` of each moment, and its strata."""
 
     moments: list[tuple[str, int, int, str, int]]
     strata: list[dict[str, str | bool]] = []

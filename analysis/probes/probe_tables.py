@@ -96,7 +96,7 @@ class ProbeAnalysis:
 
     @property
     def study(self) -> str:
-        """What was asked, in one line: models, moments, edits, formats and answers."""
+        """The size of the probe in one line: models, moments, edits, formats and answers."""
         moments = self.frames["moments"]
         parts = [
             counted(moments["model"].nunique(), "model"),

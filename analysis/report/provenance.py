@@ -130,8 +130,8 @@ def cost_grid(found: Material) -> Grid:
         for shown, own, *seconds in zip(found.shown, counts, alike(model_s), alike(wall_s), strict=True)
     ]
     caption = (
-        "Calls, tokens and seconds of each group, including failed runs. The model seconds of a cached answer are "
-        "those of the original call. The wall seconds of runs that overlap are added up. Reused: the share of prompt "
+        "Calls, tokens and seconds of each group, including failed runs. The model seconds of a cached answer "
+        "belong to the original call. The wall seconds of runs that overlap are added up. Reused: the share of prompt "
         "tokens that servers read from their prompt caches, if they report it."
     )
     return grid(caption, columns, rows)

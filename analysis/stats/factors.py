@@ -38,7 +38,7 @@ class Pair:
 
 
 def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
-    """Return the factors: the columns, without seeds, in which the groups differ."""
+    """Return the factors: the columns except seeds that differ between groups."""
     frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
     found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
     return tuple(factor for factor in found if len(factor.levels) > 1)

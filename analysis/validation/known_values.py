@@ -1,4 +1,4 @@
-"""Compares models with what is known of their worlds: scripted policies, values from formulas, published figures."""
+"""Compares models with known results of their worlds: scripted policies, values from formulas, published figures."""
 
 import difflib
 import json

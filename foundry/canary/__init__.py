@@ -40,7 +40,7 @@ shows the results.
 
 
 class Verdict(StrEnum):
-    """Whether two canaries come from the same weights."""
+    """The verdict on two canaries: do they come from the same weights?"""
 
     SAME = "same"
     UNDECIDED = "undecided"
@@ -131,7 +131,7 @@ class Distance:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the weights are the same, by log-probabilities if they are reported, else by the texts."""
+        """The verdict on the weights, by log-probabilities if they are reported, else by the texts."""
         if self.shared is None:
             return Verdict.UNDECIDED if self.text is None else _judged(self.text, SAME_TEXT, OTHER_TEXT)
         by_shared = _judged(self.shared, SAME_SHARED, OTHER_SHARED)

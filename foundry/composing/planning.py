@@ -107,7 +107,7 @@ def plan(
 
 @dataclass(frozen=True)
 class PlannedRepeats:
-    """How many calls would be repeated at the end of a sweep, to measure whether its servers are deterministic.
+    """Number of calls that would be repeated at the end of a sweep, to measure whether its servers are deterministic.
 
     Attributes:
         again: number of repeated calls; half of them run alone, half beside other calls.

@@ -36,7 +36,7 @@ class Shown(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
-    """How far a person has got in the sample.
+    """The progress of a person through the sample.
 
     Attributes:
         shown: text to label now; None if the person has labelled all texts.

@@ -33,7 +33,7 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How often a call is tried, and how long `RetriedModel` waits between tries.
+    """Number of tries of a call, and how long `RetriedModel` waits between tries.
 
     Attributes:
         attempts: tries of a call, including the first.
@@ -49,7 +49,7 @@ class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How calls to a model are made if they cost time or money.
+    """Settings for calls to a model if they cost time or money.
 
     Attributes:
         in_flight: bounds of the number of calls in flight.
@@ -70,7 +70,7 @@ class Price(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class HttpServing(Serving, frozen=True, kw_only=True):
-    """How calls to a model behind one or more equal HTTP servers are made.
+    """Settings for calls to a model behind one or more equal HTTP servers.
 
     Attributes:
         connect_timeout_s: longest time for opening a connection, seconds.

@@ -194,7 +194,7 @@ class Pace:
 
     @property
     def begun(self) -> bool:
-        """Whether the count has grown for the first time."""
+        """True if the count has grown for the first time."""
         return bool(self._moments)
 
     @property

@@ -47,7 +47,7 @@ class CatalogedSweep:
 
     @property
     def is_probe(self) -> bool:
-        """Whether the sweep is a probe."""
+        """True if the sweep is a probe."""
         return self.folder.moments_file.exists()
 
     def runs(self) -> list[RunFolder]:

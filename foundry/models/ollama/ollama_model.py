@@ -42,7 +42,7 @@ THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
 class OllamaServing(HttpServing, frozen=True, kw_only=True):
-    """How calls to Ollama servers are made, as in `conf/model/ollama.yaml`."""
+    """Settings for calls to Ollama servers, as in `conf/model/ollama.yaml`."""
 
     hosts: str | list[str]
     warm_up_timeout_s: Seconds

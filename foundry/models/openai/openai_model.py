@@ -39,7 +39,7 @@ WAYS_ON = (
 
 
 class OpenAIServing(HttpServing, frozen=True, kw_only=True):
-    """How calls to servers that speak OpenAI's API are made, as in `conf/model/openai.yaml`."""
+    """Settings for calls to servers with OpenAI's API, as in `conf/model/openai.yaml`."""
 
     base_url: str | list[str]
     api_key_env: str | None

@@ -22,7 +22,7 @@ FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
 
 
 class Doubts(NamedTuple):
-    """How many reasons to check the server there were so far: failures and random calls, and new connections."""
+    """Number of reasons so far to check the server: failures and random calls, and new connections."""
 
     raised: int
     connections: int

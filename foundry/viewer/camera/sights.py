@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _ONE_AT_A_TIME = threading.Lock()
 SEEN, HIDDEN, OUTSIDE = "seen", "hidden", "outside"
-"""Where a target can be: visible in the picture, hidden by something in it, or outside it."""
+"""A possible place of a target: visible in the picture, hidden by something in it, or outside it."""
 
 
 class Sights:

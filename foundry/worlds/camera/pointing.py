@@ -21,7 +21,7 @@ _FOLLOWING = (1, 2, 0)
 
 @dataclass(frozen=True, eq=False)
 class Pointed:
-    """Where a target is as seen from a pose; places are fractions of the picture's size, from its upper left corner.
+    """The position of a target, seen from a pose, in fractions of the picture's size from its upper left corner.
 
     Attributes:
         boxes: (n, 2, 2) upper left and lower right corner of each separate part of the target within the picture. If

@@ -21,7 +21,7 @@ from foundry.worlds.validation import read_settings
 
 
 class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Which labelled things count, and when they count as seen.
+    """Rules for labelled things: which ones count, and when they count as seen.
 
     Attributes:
         ignore: patterns of labels to leave out.

@@ -49,7 +49,7 @@ class Body:
 
 
 REACH_M = 1e-3
-"""How far beyond the body's radius surfaces are considered, metres."""
+"""Maximum distance beyond the body's radius at which surfaces are considered, metres."""
 
 _RING = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(8) * math.tau / 8])
 
@@ -153,7 +153,7 @@ STATION_M = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """What stopped a body; `normal` (2,) points away from it, and is None if the body cannot slide along it."""
+    """An obstacle of a body; `normal` (2,) points away from it, and is None if the body cannot slide along it."""
 
     name: str
     normal: FloatArray | None = None

@@ -85,7 +85,7 @@ class Form(StrEnum):
 
 
 class Side(StrEnum):
-    """Where the words that belong to a verb stand."""
+    """Position of the words that belong to a verb."""
 
     AFTER = auto()
     BEFORE = auto()
