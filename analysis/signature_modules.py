@@ -7,7 +7,7 @@ import pkgutil
 import tokenize
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from numbers import Real
 from pathlib import Path
@@ -66,7 +66,7 @@ class Part:
     about: str = ""
     correct: Callable[[Any, Correction], Mapping[str, FloatArray]] | None = None
 
-    @property
+    @cached_property
     def sha256(self) -> str:
         """Hash of its code; docstrings, comments and empty lines do not count."""
         content = code_lines(self.file).encode() if self.file.suffix == ".py" else self.file.read_bytes()

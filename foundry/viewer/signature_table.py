@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 from collections.abc import Sequence
 from itertools import zip_longest
 from pathlib import Path
@@ -23,15 +24,15 @@ class SignatureTable:
         self.file = file
         self._whole: tuple[tuple[int, int], dict[str, list[str]]] = ((0, 0), {})
         self._order: tuple[tuple[int, int], dict[str, int]] = ((0, 0), {})
+        self._metadata: tuple[tuple[int, int], Any] = ((0, 0), None)
 
     @property
     def mark(self) -> tuple[int, int]:
         """A value that changes whenever the table is written; (0, 0) if there is no table."""
         try:
-            found = self.file.stat()
+            return _mark(self.file.stat())
         except FileNotFoundError:
             return 0, 0
-        return found.st_mtime_ns, found.st_size
 
     def names(self) -> list[str]:
         """Return the names of the columns; none if there is no table."""
@@ -64,7 +65,12 @@ class SignatureTable:
         if self._is_parquet_current():
             import pyarrow.parquet as pq  # type: ignore[import-untyped] # takes longer to import than all else
 
-            column: list[Any] = pq.read_table(self.file.with_suffix(".parquet"), columns=[name])[name].to_pylist()
+            with self.file.with_suffix(".parquet").open("rb") as file:
+                mark = _mark(os.fstat(file.fileno()))
+                if self._metadata[0] != mark:
+                    self._metadata = mark, pq.read_metadata(file)
+                table = pq.ParquetFile(file, metadata=self._metadata[1]).read(columns=[name])
+                column: list[Any] = table[name].to_pylist()
             return column
         return self._columns().get(name, [])
 
@@ -81,6 +87,10 @@ class SignatureTable:
                 head, *rows = ([from_cell(text) for text in row] for row in csv.reader(file))
             self._whole = mark, dict(zip(head, map(list, zip_longest(*rows, fillvalue="")), strict=False))
         return self._whole[1]
+
+
+def _mark(file: os.stat_result) -> tuple[int, int]:
+    return file.st_mtime_ns, file.st_size
 
 
 def _number(value: Any) -> float | None:

@@ -143,3 +143,9 @@ def test_a_csv_file_that_was_written_later_is_read(table: SignatureTable):
 def test_a_table_that_is_not_there_has_no_columns(tmp_path: Path):
     table = SignatureTable(tmp_path / "signatures.csv")
     assert table.names() == [] and table.mark == (0, 0)
+
+
+def test_a_table_of_more_runs_is_read_anew(table: SignatureTable):
+    assert table.numbers("share", RUNS)[3] is None
+    write_numbers(table.file.with_suffix(""), pd.DataFrame({"run": ["d", "c"], "share": [0.25, 0.1]}))
+    assert table.numbers("share", RUNS) == [None, None, 0.1, 0.25]
