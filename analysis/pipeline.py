@@ -131,7 +131,7 @@ class Analysis:
 
     @cached_property
     def sides(self) -> Sides:
-        """The facts about the groups that sentences need."""
+        """Facts about the groups, for the sentences about them."""
         return Sides.of(self.contrasts, self.compared, self.forms, self.readings)
 
     @cached_property

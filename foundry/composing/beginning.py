@@ -1,4 +1,4 @@
-"""Writes the first files of a part of your own, from the templates in `foundry/new_parts/`; they run as they are."""
+"""Writes the first files of your own part from the templates in `foundry/new_parts/`; these files run unchanged."""
 
 import importlib.util
 import keyword

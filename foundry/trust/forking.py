@@ -121,7 +121,7 @@ def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
         when = f"at step {place[0]}" if place else "at the start"
         raise _refusal(f"{when} it would differ: {departed.difference.line()}") from departed
     except (EndOfRecords, UndeclaredError) as more:
-        raise _refusal(f"at step {max(1, world.step)} it would have more records: {more}") from more
+        raise _refusal(f"at step {max(1, world.step)} the fork would have more records: {more}") from more
     raise InputError(f"--at {at}: the episode ends after {world.step} steps: raise world.steps, or fork it earlier.")
 
 

@@ -174,7 +174,7 @@ class Resources:
             return self._probes[sweep]
 
     def _search(self, name: str, asked: str) -> dict[str, Any]:
-        """Return the texts that match a request, which is JSON."""
+        """Return the texts that match a search; the search is given as JSON."""
         try:
             query = msgspec.json.decode(asked, type=Query)
         except msgspec.DecodeError as error:

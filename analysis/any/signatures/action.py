@@ -12,7 +12,7 @@ NAME = "action"
 PRIMARY = False
 
 MEASURES = {
-    "share_*": share("Decided * (share of actions)", says="decides * {more|less} often"),
+    "share_*": share("Decisions for * (share of actions)", says="decides * {more|less} often"),
     "variety": share("Pairs of actions that differ (share)"),
     "variety_*": share("Pairs of actions that differ, * (share)"),
     "entropy": share("Entropy of actions (of its maximum)"),

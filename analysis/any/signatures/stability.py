@@ -21,7 +21,7 @@ HEADLINE = ("persistence", "repeats_beyond_chance")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the action stability of a run.
+    """Return how steadily the agents of a run repeat their actions.
 
     A pair is two successive decisions of one agent and one kind that both count and both have an action. Pairs are
     pooled over agents and kinds.

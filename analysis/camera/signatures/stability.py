@@ -13,7 +13,7 @@ _OPPOSITE_KIND = np.array([0, 2, 1, 4, 3, 6, 5, 8, 7])
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return the action stability of a run of a 3D world, over kinds of command.
+    """Return how steadily the agent of a 3D world repeats kinds of command.
 
     The kind of a command is its translation if it has one, else its turn, else its gaze, each by direction (see
     COMMAND_KINDS). A reply that moves nothing counts as stay. Amounts do not matter. A pair is two successive decisions

@@ -16,7 +16,7 @@ _OPPOSITE = np.array(
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the action stability of a run.
+    """Return how steadily the agents of a run repeat their actions.
 
     Actions are as requested: stay, up, down, left, right, or a further action, which counts as a move without an
     opposite. An unreadable reply is a stay. A pair is two successive decisions of one agent that both count; pairs are
