@@ -209,7 +209,7 @@ def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_i
         done = swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", heat, "seed=0")
         assert (server.counts.loads, server.counts.unloads) == (4, 3)
     assert [one.model for one in measured(tmp_path)] == ["llama3.2", "llama3.2", "qwen3:4b", "qwen3:4b"]
-    assert "llama3.2 (options.temperature=0.9): 4 of 4 calls" in done.stdout
+    assert "llama3.2 (options.temperature=0.9): same text in 4 of 4 calls" in done.stdout
 
 
 @pytest.mark.slow
