@@ -90,7 +90,7 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """The progress of a worker with one model; `spared` counts the possible calls that ended runs did not make."""
+    """The progress of a worker with one model; `spared` counts the calls that runs could have made before their end."""
 
     complete: int = 0
     failed: int = 0

@@ -40,8 +40,8 @@ HEADLINE = ("share_*", "overcrowding", "utilisation")
 def measure(run: GridRun) -> dict[str, float]:
     """Return the place choice of a run; x_k(t) is the number of agents in place k at state t, C_k its capacity.
 
-    An agent-state is one agent in one state; it counts if the agent's own counted decision led there. A state weighs by
-    the number of such decisions.
+    An agent-state is one agent in one state; it counts if a counted decision of the agent led to the state. A state
+    weighs by the number of such decisions.
 
     - share_<place>: agent-states in place k / agent-states, that is, the mean of x_k / N; 0..1. share_outside:
       agent-states outside all places / agent-states.

@@ -83,7 +83,7 @@ class SqliteAnswers(Answers):
             database.executemany("DELETE FROM unconfirmed WHERE key = ?", unmarked)
 
     def newest(self) -> int:
-        """Return the number of the latest commit."""
+        """Return the running number of this database's latest commit."""
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:

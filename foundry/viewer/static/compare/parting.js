@@ -78,7 +78,7 @@
 
     /** Show that no agent is chosen. */
     clear(step) {
-      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or one of the different decisions.`);
+      fill(this.sentence, this.all === null ? LOOKING : `Step ${step}: choose an agent, or a decision that differs between the runs.`);
       this.offer(step, null);
     }
 
