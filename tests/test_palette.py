@@ -62,29 +62,36 @@ def contrast(one: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-def grounds() -> set[str]:
-    """Return what pages and report are drawn on, light and dark."""
+BACKGROUNDS = ("light", "dark")
+MODELS = dict(zip(BACKGROUNDS, (palette.COLOURS, palette.DARK_COLOURS), strict=True))
+
+
+def backgrounds() -> dict[str, list[str]]:
+    """Return the backgrounds of pages and report, for light and dark pages."""
     css = (STATIC / "style.css").read_text(encoding="utf-8") + REPORT.read_text(encoding="utf-8")
-    return set(re.findall(r"--(?:paper|panel): (#[0-9a-f]{6})", css))
+    found = re.findall(r"--(?:paper|panel): (#[0-9a-f]{6})", css)
+    return {name: [one for one in found if (luminance(one) < 0.5) == (name == "dark")] for name in BACKGROUNDS}
 
 
-def test_all_colours_of_lines_are_seen_on_every_ground():
-    assert len(grounds()) >= 5
-    colours = (*palette.COLOURS, palette.BASELINE)
-    weak = {pair for pair in itertools.product(colours, grounds()) if contrast(*pair) < 3}
-    assert weak == set()
+@pytest.mark.parametrize("background", BACKGROUNDS)
+def test_all_colours_of_lines_are_seen_on_their_backgrounds(background: str):
+    assert len(backgrounds()[background]) >= 3
+    pairs = itertools.product((*MODELS[background], palette.BASELINE), backgrounds()[background])
+    assert {pair for pair in pairs if contrast(*pair) < 3} == set()
 
 
+@pytest.mark.parametrize("background", BACKGROUNDS)
 @pytest.mark.parametrize("seen", SEEN)
-def test_eight_models_are_told_apart_by_every_reader_of_colours(seen: str):
-    """Differences of 0.02 in OKLab are just noticed."""
-    colours = [oklab(SEEN[seen] @ linear(colour)) for colour in palette.COLOURS[:8]]
+def test_twelve_models_are_told_apart_by_every_reader_of_colours(seen: str, background: str):
+    """A difference of 0.02 in OKLab can just be noticed."""
+    colours = [oklab(SEEN[seen] @ linear(colour)) for colour in MODELS[background]]
     assert min(np.linalg.norm(one - other) for one, other in itertools.combinations(colours, 2)) > 0.04
 
 
-def test_eight_models_differ_in_lightness():
-    lightness = sorted(116 * np.cbrt(luminance(colour)) - 16 for colour in palette.COLOURS[:8])
-    assert np.diff(lightness).min() > 1.5
+@pytest.mark.parametrize("background", BACKGROUNDS)
+def test_a_grey_print_tells_eight_models_apart(background: str):
+    lightness = sorted(116 * np.cbrt(luminance(colour)) - 16 for colour in MODELS[background][:8])
+    assert np.diff(lightness).min() > 5
 
 
 def test_a_dozen_models_differ_in_colour_and_in_marker_and_all_others_in_either():

@@ -38,11 +38,11 @@ _TOKEN = re.compile(r"\s+|\w+|[^\w\s]")
 
 @dataclass(frozen=True)
 class Mark:
-    """The name of a group with its look: its marker as an SVG path, and its colour."""
+    """The name of a group with its look: its marker as an SVG path, and its CSS colour."""
 
     name: str
     path: str
-    colour: str
+    paint: str
 
 
 @dataclass(frozen=True)
@@ -112,9 +112,10 @@ def _of_another_context(finding: FindingRecord, chosen: Sequence[FindingRecord])
 
 def mark(shown: Shown, name: str) -> Mark:
     """Return the name and the look of a group."""
-    marker = look(shown.index, baseline=shown.baseline).marker
+    group = look(shown.index, baseline=shown.baseline)
+    marker = group.marker
     corners = "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
-    return Mark(name, corners, shown.colour)
+    return Mark(name, corners, group.paint)
 
 
 def _card(found: Material, finding: FindingRecord, base: Path) -> Card:

@@ -1,8 +1,8 @@
 """Colours, markers and dashes of models, baselines and decisions in plots, in the report and on the pages.
 
 A model's colour, marker and dashes depend on its index among the models of its sweep, in the order of first runs. All
-colours of models and baselines have a contrast of at least 3:1 on light and dark backgrounds (WCAG 2.2, 1.4.11). The
-markers distinguish the first twelve models without colours.
+colours of models and baselines have a contrast of at least 3:1 on their background (WCAG 2.2, 1.4.11). The markers
+distinguish the first twelve models without colours.
 """
 
 import math
@@ -13,22 +13,40 @@ Polygon = tuple[tuple[float, float], ...]
 """Corners of a closed polygon in the unit circle, with y upwards; the last corner equals the first."""
 
 COLOURS = (
-    "#0D94FC",
-    "#85770E",
-    "#AD4587",
-    "#EF366B",
-    "#6F57F2",
-    "#828CA5",
-    "#088D5A",
-    "#A57C86",
-    "#F50D24",
-    "#5F73BA",
-    "#A87CC1",
-    "#5E7866",
+    "#0079CE",
+    "#780000",
+    "#D47866",
+    "#005C47",
+    "#3A1CC5",
+    "#75637A",
+    "#785700",
+    "#019903",
+    "#42334F",
+    "#8091B3",
+    "#A70F44",
+    "#564E7E",
 )
-"""Colours of models. Any two of the first eight differ by at least 9 in CIEDE2000 and by at least 1.8 in lightness,
-also for readers who confuse red and green, or blue and yellow (Machado et al. 2009).
+"""Colours of models on a light background.
+
+Any two of the twelve differ by at least 9.9 in CIEDE2000, also for readers who confuse red and green or blue and yellow
+(Machado et al. 2009). The first eight differ by at least 5 in lightness (CIE L*), so a grey print distinguishes them.
 """
+
+DARK_COLOURS = (
+    "#4B8DB2",
+    "#F09D99",
+    "#CC4F00",
+    "#06FFDA",
+    "#C5BBF8",
+    "#FC39EC",
+    "#FACC74",
+    "#7BB400",
+    "#8A7055",
+    "#A0935E",
+    "#63C3BE",
+    "#C1919E",
+)
+"""Colours of the same models on a dark background. They differ as much as `COLOURS`, and their hues are similar."""
 
 BASELINE = "#808080"
 """The colour of all baselines, whose marker is a disc. They share it because nobody compares baselines."""
@@ -84,12 +102,14 @@ class Look:
     """The look of a group of runs.
 
     Attributes:
-        colour: colour as `#rrggbb`.
+        colour: colour on a light background, such as in figures, as `#rrggbb`.
+        paint: CSS colour for pages, which may be light or dark.
         marker: polygon of the marker; None for a disc.
         dashes: one of `DASHES`.
     """
 
     colour: str
+    paint: str
     marker: Polygon | None
     dashes: tuple[float, ...]
 
@@ -104,9 +124,10 @@ def look(index: int, *, baseline: bool = False) -> Look:
     place, turn = index % LOOKS, index // LOOKS
     dashes = DASHES[(place + turn) % len(DASHES)]
     if baseline:
-        return Look(BASELINE, None, dashes)
+        return Look(BASELINE, BASELINE, None, dashes)
     marker = MARKERS[(place + place // len(COLOURS)) % len(MARKERS)]
-    return Look(COLOURS[place % len(COLOURS)], marker, dashes)
+    light, dark = COLOURS[place % len(COLOURS)], DARK_COLOURS[place % len(COLOURS)]
+    return Look(light, f"light-dark({light}, {dark})", marker, dashes)
 
 
 def label_colour(place: int) -> str:

@@ -44,7 +44,7 @@ PALETTE = "palette.js"
 
 def palette_script() -> bytes:
     """Return the script with the colours, markers and dashes of `foundry.palette`."""
-    names = ("COLOURS", "BASELINE", "MARKERS", "DASHES", "LABELS", "TURN")
+    names = ("COLOURS", "DARK_COLOURS", "BASELINE", "MARKERS", "DASHES", "LABELS", "TURN")
     looks = {name.lower(): getattr(palette, name) for name in names}
     return b'"use strict";Foundry.palette=%s;\n' % msgspec.json.encode(looks)
 

@@ -119,7 +119,7 @@ def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
     if row["factor"] != MODEL:
         return marks[row["context"].removeprefix(f"{MODEL}=")]
     first, second = marks[row["level"]], marks[row["reference"]]
-    return Mark(f"{first.name} - {second.name}", first.path, first.colour)
+    return Mark(f"{first.name} - {second.name}", first.path, first.paint)
 
 
 def _example(

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 import commands
-from foundry.palette import look
+from foundry.palette import COLOURS, DARK_COLOURS, look
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, otherwise, sweep, whole_run
@@ -105,6 +105,9 @@ def test_numbers_by_step_of_all_runs_stand_under_the_clock_those_first_that_part
     assert (lanes[0], len(lanes)) == ("moved (agents)", 3), "those that part most; others are under more"
 
 
+LOOK = "({colour, marker, dashes}) => ({colour, marker, dashes})"
+
+
 def looks_of(told: list[dict[str, Any]]) -> list[Any]:
     return [(one["colour"], [tuple(corner) for corner in one["marker"]], tuple(one["dashes"])) for one in told]
 
@@ -113,14 +116,25 @@ def test_pages_have_the_looks_of_the_plots_and_runs_those_of_their_models_wherev
     page: Any, server: ViewServer, made_up: SweepFolder
 ):
     go(page, server.url, "sweep/made-up")
-    told = page.evaluate("() => Array.from({length: 30}, (_, place) => Foundry.looks.look(place))")
+    told = page.evaluate(f"() => Array.from({{length: 30}}, (_, place) => Foundry.looks.look(place)).map({LOOK})")
     plotted = [look(place) for place in range(30)]
     assert looks_of(told) == [(one.colour, list(one.marker or ()), one.dashes) for one in plotted]
     first, again, second, _ = made_up.runs()
     go(page, server.url, f"compare/made-up/{second.id}/{first.id}/{again.id}")
-    looks = looks_of(page.evaluate("() => Foundry.looks.ofRuns(Foundry.page.runs)"))
+    looks = looks_of(page.evaluate(f"() => Foundry.looks.ofRuns(Foundry.page.runs).map({LOOK})"))
     assert [colour for colour, _, _ in looks] == [look(place).colour for place in (1, 0, 0)]
     assert len({(str(marker), dashes) for _, marker, dashes in looks}) == 3
+
+
+FILL = "() => getComputedStyle(document.body.appendChild(Foundry.looks.mark(Foundry.looks.look(0))).firstChild).fill"
+
+
+def test_a_dark_page_shows_models_in_colours_for_dark_backgrounds(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server.url, "sweep/made-up")
+    for scheme, colours in (("light", COLOURS), ("dark", DARK_COLOURS)):
+        page.emulate_media(color_scheme=scheme)
+        assert page.evaluate("() => Foundry.looks.look(0).colour") == colours[0]
+        assert page.evaluate(FILL) == f"rgb{tuple(bytes.fromhex(colours[0][1:]))}"
 
 
 HANDS = """() => {

@@ -10,7 +10,7 @@
       this.buttons = panels.map((panel, index) => this.button(panel, index));
       panels.forEach(({element, view}, index) => {
         view.frame.append(this.buttons[index]);
-        element.style.borderTopColor = looks[index].colour;
+        element.style.borderTopColor = looks[index].paint;
       });
       this.element = h("section", {class: "picture-row", "aria-label": "What each model saw"},
         foundry.camera.marking(panels.map(({view}) => view)), h("div", {class: "pictures", tabindex: "0", role: "group", "aria-label": "Pictures"}, panels.map((one) => one.element)));

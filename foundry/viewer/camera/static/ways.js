@@ -3,7 +3,7 @@
 (function (foundry) {
   const {h, color, number, penOf} = foundry.dom;
   const LEAST = 220, MOST = 520, INSET = 26, ROOM_M = 0.6, GAZE = 20, RADIUS = 7, NARROW = 600, TAU = 2 * Math.PI;
-  const SAMPLE = {width: "44", height: "16"};
+  const SAMPLE = {width: 44, height: 16};
 
   class Ways {
     constructor(runs, {names, looks}) {
@@ -11,7 +11,7 @@
       this.canvas = h("canvas", {class: "ways", role: "img"});
       this.said = names.map(() => h("span", {class: "note"}));
       this.why = h("p", {class: "note", hidden: true});
-      const entry = (name, index) => h("li", {}, this.sample(index), " ", h("b", {}, h("bdi", {}, name)), " ", this.said[index]);
+      const entry = (name, index) => h("li", {}, foundry.looks.line(looks[index], {...SAMPLE, radius: RADIUS}), " ", h("b", {}, h("bdi", {}, name)), " ", this.said[index]);
       this.title = runs.length > 1 ? "All routes from above" : "The route from above";
       const marks = h("ul", {class: "legend"}, this.legend());
       this.box = h("section", {class: "overlay", "aria-label": this.title}, h("h2", {}, this.title), this.canvas, this.why,
@@ -178,14 +178,6 @@
     mark(pen, marker, x, y, radius = RADIUS) {
       foundry.looks.trace(pen, marker, x, y, radius);
       pen.fill();
-    }
-
-    sample(index) {
-      const canvas = h("canvas", {class: "sample", "aria-hidden": "true", ...SAMPLE}), pen = canvas.getContext("2d"), look = this.looks[index];
-      pen.strokeStyle = pen.fillStyle = look.colour;
-      this.line(pen, [[0, 8], [44, 8]], {width: 2, dash: foundry.looks.broken(look, 2)});
-      this.mark(pen, look.marker, 22, 8);
-      return canvas;
     }
 
     now(poses) { return poses[Math.max(0, Math.min(poses.length - 1, this.share < 1 ? this.step - 1 : this.step))]; }

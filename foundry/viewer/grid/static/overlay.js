@@ -22,19 +22,11 @@
       this.box = h("section", {class: "overlay", "aria-label": "All on one map"},
         h("div", {class: "choices"}, h("label", {}, this.joined, " connect the same agent"), this.what, h("label", {}, "from step ", this.from), h("label", {}, "to ", this.to), this.said),
         apart.length ? h("p", {class: "note"}, `The map does not show ${apart.join(" or ")}, because they differ between the runs.`) : null,
-        h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`))), this.element);
+        h("p", {class: "legend"}, names.map((name, index) => h("span", {}, foundry.looks.mark(looks[index]), ` ${name}`))), this.element);
     }
 
     /** Return the last recorded step of the longest run. */
     last() { return Math.max(...this.runs.map((run) => run.done)); }
-
-    sample(index) {
-      const canvas = h("canvas", {width: "14", height: "14", class: "sample", "aria-hidden": "true"}), pen = canvas.getContext("2d");
-      this.mark(pen, index, 7, 7, 5);
-      pen.fillStyle = this.looks[index].colour;
-      pen.fill();
-      return canvas;
-    }
 
     /** Begin the outline of an agent. Its form, and not only its colour, shows the run. */
     mark(pen, index, x, y, radius) {

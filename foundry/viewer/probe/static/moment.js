@@ -121,7 +121,7 @@
         h("ul", {class: "choices"}, choices.map((choice) => {
           const bar = h("i", {class: "bar"}, h("b")), count = counts.get(choice) || 0;
           const share = isTold ? expected[choice] || 0 : count / replies.length;
-          Object.assign(bar.firstChild.style, {width: `${100 * share}%`, background: this.looks[model].colour});
+          Object.assign(bar.firstChild.style, {width: `${100 * share}%`, background: this.looks[model].paint});
           return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, isTold ? `probability ${(100 * share).toFixed(0)} %` : `${count} of ${replies.length}`));
         })),
         h("details", {open: !named}, h("summary", {}, texts.size === 1 ? "reply" : `replies (${texts.size} different)`),

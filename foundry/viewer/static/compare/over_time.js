@@ -15,7 +15,7 @@
       this.body = h("div");
       this.more = h("div");
       this.folded = h("details", {hidden: true, ontoggle: () => this.redraw()}, h("summary"), this.more);
-      this.legend = h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`)));
+      this.legend = h("p", {class: "legend"}, names.map((name, index) => h("span", {}, foundry.looks.line(looks[index], {width: 28, height: 10}), ` ${name}`)));
       this.element = h("section", {class: "over-time", "aria-label": "Over time", hidden: true},
         h("h2", {}, "Over time"), this.legend, this.body, this.folded);
       this.redraw = redrawn(this.body, () => {
@@ -23,15 +23,6 @@
         this.lanes.forEach((lane, name) => this.draw(lane, name));
       });
       clock.onChange(() => { if (clock.steps === this.steps) this.lanes.forEach((lane, name) => this.point(lane, name)); else this.redraw(); });
-    }
-
-    sample(index) {
-      const canvas = h("canvas", {class: "sample", width: "28", height: "10", "aria-hidden": "true"}), pen = canvas.getContext("2d");
-      this.stroke(pen, index);
-      pen.moveTo(0, 5);
-      pen.lineTo(28, 5);
-      pen.stroke();
-      return canvas;
     }
 
     stroke(pen, index) {

@@ -118,7 +118,7 @@
 
     bar(reach, model) {
       return s("svg", {class: "bar", viewBox: "0 0 100 6", preserveAspectRatio: "none", "aria-hidden": "true"},
-        s("rect", {width: 100, height: 6, fill: "currentColor", opacity: ".15"}), s("rect", {width: 100 * reach, height: 6, fill: this.looks.get(model)?.colour || looks.baseline}));
+        s("rect", {width: 100, height: 6, fill: "currentColor", opacity: ".15"}), s("rect", {width: 100 * reach, height: 6, fill: this.looks.get(model)?.paint || looks.baseline}));
     }
 
     /** The measures of a row by world: mean, interval and seeds on the scale of all groups, and baselines in words. */
@@ -143,7 +143,7 @@
       const seeds = values.filter((value, index) => groupOf[index] === place && value !== null), [mean, low, high, n] = found;
       const scale = marks.scale([...seeds, ...alike.flatMap((one) => one.measures[name].slice(0, 3))].filter((one) => one !== null), marks.WIDTH);
       const baselines = alike.filter((one) => one.baseline).map((one) => `${one.values[columns.indexOf("model")]} ${number(one.measures[name][0])}`);
-      return h("td", {}, marks.strip(seeds, found, scale, this.looks.get(model)?.colour || looks.baseline),
+      return h("td", {}, marks.strip(seeds, found, scale, this.looks.get(model)?.paint || looks.baseline),
         h("b", {}, number(mean)), low === null ? null : ` [${number(low)}, ${number(high)}]`, h("small", {}, ` n = ${n}, scale ${number(scale.low)} to ${number(scale.high)}`),
         baselines.length ? h("small", {}, `baselines: ${baselines.join(", ")}`) : null);
     }
