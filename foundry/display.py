@@ -167,7 +167,7 @@ class ProgressDisplay:
             self._bars.refresh()
 
     def _tell_ended(self) -> None:
-        """Print a line for each run that ended since this was last called; a failed run may be played again and end."""
+        """Print a line for each run that ended since the last call; an end before this sweep command does not count."""
         looked = [(run, before, run.summary() if run.ended else None) for run, before in self._untold]
         self._untold = [(run, before) for run, before, now in looked if now in (None, before)]
         for _, before, now in looked:
@@ -301,7 +301,7 @@ def _one_line(text: str | None) -> str:
 
 
 def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:
-    """Return a table with these rows below the names of its columns."""
+    """Return a table with the given column names as its heading, and the given rows."""
     table = _table(*columns)
     for row in rows:
         table.add_row(*row)

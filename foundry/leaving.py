@@ -4,26 +4,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 FAR = 1 << 40
-"""The distance to an unreachable exit."""
+"""Stands for the distance between an agent and an exit that it cannot reach."""
 
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """When and where an agent leaves: the index of the exit, and the step."""
+    """The exit through which an agent leaves, given by its index, and the step in which the agent leaves."""
 
     exit: int
     step: int
 
 
 class _Doorway:
-    """Assigns agents to places in exits; a place is an exit and a step, as often as the capacity of the exit."""
+    """Assigns agents to places in exits. An exit that lets out two agents per step has two places in each step."""
 
     def __init__(self, distances: Sequence[Sequence[int]]) -> None:
         self._distances = distances
         self.departures: dict[int, Departure] = {}
 
     def fill(self, place: Departure) -> bool:
-        """Give a place to an agent. If this agent has a place already, another agent gets that one, and so on.
+        """Let one more agent leave by means of a new place; return whether this is possible.
+
+        An agent that already has a place may take the new place. Then its old place becomes free for another agent.
 
         The search is breadth-first. An agent that can leave by an exit in some step can do so in every later step.
         """
@@ -46,14 +48,17 @@ class _Doorway:
         return False
 
     def _shift(self, agent: int, moves: Mapping[int, tuple[Departure, int | None]]) -> None:
-        """Move each agent of a chain to its new place; `moves` contains this place and the agent that gives it up."""
+        """Give `agent` its new place, then the agent that had this place its own new place, until a place was free.
+
+        `moves` contains each agent's new place, and the agent that has this place so far; None if the place is free.
+        """
         mover: int | None = agent
         while mover is not None:
             self.departures[mover], mover = moves[mover]
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
-    """Return departures with as many agents outside as possible at every step, if agents do not obstruct each other.
+    """Return departures by which as many agents as possible are outside after every step. Agents block nobody's way.
 
     An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
     together are a matroid (Edmonds and Fulkerson 1965). So filling places in the order of steps is optimal for every

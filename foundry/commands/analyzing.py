@@ -44,6 +44,7 @@ from foundry.storing.preregistration import (
     write_preregistration,
 )
 from foundry.storing.store import fresh_folder
+from foundry.texts import counted
 from foundry.version import __version__
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def analyze(
 def _check_before_baselines(
     folders: Sequence[Path], family: Sequence[str] | None, margins: Mapping[str, float]
 ) -> None:
-    """Reject measures that do not exist now, since the baselines take time."""
+    """Reject unknown measures before the baselines are played, because playing takes time."""
     from analysis.pipeline import check_declared, opened
 
     if probe_in(folders, {}) is None:
@@ -161,7 +162,7 @@ def preregister(
         print(f"{plan.known}; these seeds are still unseen: seed={_unseen(composed, plan.seeds, places)}")
     more = "" if asked else f" output.dir={folder}"
     until = "" if composed.settings[UNTIL] else f" {UNTIL}=answered"
-    print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}{until}")
+    print(f"Give this hash to someone else, or publish it; then: foundry {' '.join(composed.asked)}{more}{until}")
 
 
 def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None:
@@ -186,7 +187,7 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
     if plan.known:
         print(f"{plan.known}; to ask in other moments, set another moments_seed or name another sweep")
     more = "" if asked else f" output.dir={folder}"
-    print(f"Deposit this hash elsewhere, then: foundry probe {command}{more}")
+    print(f"Give this hash to someone else, or publish it; then: foundry probe {command}{more}")
 
 
 def _places(asked: str | None) -> set[Path]:
@@ -227,7 +228,7 @@ def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple
 def _known(
     composed: Composed, sweep: Sweep, infos: dict[str, ModelInfo], places: Set[Path]
 ) -> tuple[int | None, list[str]]:
-    """Return how many of the sweep's answers are cached (None if unknown), and which analysed sweeps have its runs."""
+    """Return how many answers of the sweep are cached (None if unknown), and which analysed sweeps contain its runs."""
     from foundry.composing.planning import plan as plan_runs
 
     planned = plan_runs(sweep, infos, existing_answers(composed), {})
@@ -238,7 +239,7 @@ def _known(
 
 
 def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
-    """Return the next seeds, as many as given, that have runs neither in the cache nor in an analysed sweep."""
+    """Return the first range of new seeds, as many as `seeds`: without cached answers, and in no analysed sweep."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
         sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])
@@ -250,10 +251,13 @@ def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
 def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> None:
     from analysis.planned.declaring import never_the_same, out_of_reach
 
-    tests = " and ".join(f"{plan.pairs[factor]} ({factor}) with {count} tests" for factor, count in plan.tests.items())
-    looks = ", ".join(f"{one.seeds} (level {one.alpha:.2g})" for one in plan.looks)
+    tests = " and ".join(
+        f"{count} for {counted(plan.pairs[factor], 'pair')} of levels of {factor}"
+        for factor, count in plan.tests.items()
+    )
+    looks = ", ".join(f"{one.seeds} seeds (level {one.alpha:.2g})" for one in plan.looks)
     print(f"{sha256}  {folder / PREREGISTRATION_FILE}")
-    print(f"{len(plan.seeds)} seeds; pairs: {tests}; looks at {looks}")
+    print(f"{len(plan.seeds)} seeds; tests: {tests}; looks after {looks}")
     for line in [*out_of_reach(plan), *never_the_same(plan), *filter(None, [note])]:
         print(line)
 

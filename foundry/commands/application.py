@@ -48,7 +48,7 @@ app = typer.Typer(
     no_args_is_help=False,
 )
 OVERRIDES = {"ignore_unknown_options": True}
-"""For commands that take the same overrides as `foundry`, among them flags of Hydra."""
+"""Typer's settings for commands that take overrides, as `foundry` does; overrides may contain flags such as -m."""
 
 
 def _print_version(value: bool) -> None:

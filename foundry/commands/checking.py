@@ -75,7 +75,7 @@ def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, conf
         console().print(frame_table(map(row, results), COLUMNS))
         if page_file is not None:
             print(f"wrote {page_file}")
-        print(f"{len(results) - missed} of {len(results)} known results hold")
+        print(f"{len(results) - missed} of {len(results)} results agree with their known values")
     return EXIT_FAILED if missed else EXIT_OK
 
 

@@ -142,8 +142,8 @@ def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int 
     before = kept.sample()
     if before is not None and before.question_sha256 != label.question_sha256:
         raise InputError(
-            f"The texts in {kept.path} were drawn for another wording of the question '{label.name}'. Restore the "
-            "earlier wording, or put the new one into a file with another name."
+            f"The texts in {kept.path} were drawn for an earlier wording of the question '{label.name}'. Restore "
+            "this wording, or write the new wording into a label file with another name."
         )
     empty = Sample(label=label.name, question_sha256=label.question_sha256, seed=0)
     runs = [run.id for run in complete_runs(sweep)]

@@ -69,14 +69,14 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print only one JSON object
 
 
 def check_belongs(flag: str, options: Mapping[str, object]) -> None:
-    """Reject options that only work with another flag, when this flag was not given."""
+    """Reject options that only work together with `flag`, which was not given."""
     for name, value in options.items():
         if value is not None:
             raise InputError(f"--{name} only works with {flag}. Add {flag}, or leave out --{name}.")
 
 
 class Labeller(StrEnum):
-    """The source of the labels that say which messages are warnings."""
+    """Decides which messages count as warnings: a rule, or the labels that a model gave."""
 
     RULE = "rule"
     MODEL = "model"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from foundry.models.ollama.info import InstalledModel
 
 _SHOWN = 60
-"""Maximum number of characters of a value in the table."""
+"""Maximum number of characters of a setting's value in the table of `foundry config`."""
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
@@ -286,7 +286,8 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
             print(f"[{message.role}]")
         print(for_screen(message.content))
     if call.assumed_silent:
-        print(f"{call.assumed_silent} earlier answers are not in the cache; they count as silence", file=sys.stderr)
+        missing = f"{call.assumed_silent} earlier answers are not in the cache"
+        print(f"{missing}; the prompt assumes that these agents said nothing", file=sys.stderr)
 
 
 def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from analysis.filtering import Filter
 
 _MOST_ADVICE = 3
-"""Maximum number of recommendations; pairs that need the most seeds come first."""
+"""Maximum number of pairs of conditions with a recommendation; pairs that need the most seeds come first."""
 _FIRST = ("measure", "contrast", "pairs", "sd", "difference")
 _COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
 _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
@@ -53,16 +53,15 @@ def show_seeds(
         raise InputError(f"{folder} has only one condition. A pilot needs two models, or two prompts.")
     family = int(plan["family"].max())
     if chosen:
-        say(f"based on a part of the runs only: {chosen}")
+        say(f"based on a part of the pilot's runs, chosen by: {chosen}")
     shown = plan[plan["declared"]] if plan["declared"].any() else plan
     if wanted:
         _show_looks(shown, wanted, family)
         return
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
-    say(
-        f"alone: seeds that one test at level .05 needs for {power:.0%} power; in the family: as one of {family} tests;"
-    )
-    say("cautious: the same, with the upper 80 % bound of the pilot's sd. If the pilot has few seeds, use cautious.")
+    say(f"alone: number of seeds for {power:.0%} power if this were the only test, at level .05.")
+    say(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
+    say("cautious: like in the family, but with the upper 80 % bound of the pilot's sd; use it after few seeds.")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
         print(line)
@@ -107,7 +106,7 @@ def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
 
     ensure_writable(folder.analysis_dir)
     first, *_ = write_table(folder.analysis_dir, power_table(plan), plan[list(COLUMNS)], filtered)
-    say(f"all {len(plan)} rows in {first}")
+    say(f"the whole table, with {len(plan)} rows: {first}")
 
 
 def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
@@ -117,17 +116,18 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
     rows = recommended(plan).sort_values("seeds", ascending=False, kind="stable")
     for row in rows.head(_MOST_ADVICE).to_dict("records"):
         others = [
-            f"{counted(row[name], 'measure')} {said}"
-            for name, said in (("beyond", f"beyond {MOST_RECOMMENDED} seeds"), ("without_n", "without a number"))
+            f"{said}: {counted(row[name], 'measure')}"
+            for name, said in (("beyond", f"more than {MOST_RECOMMENDED} seeds"), ("without_n", "number unknown"))
             if row[name]
         ]
         if row["measure"]:
-            advice = [f"run {row['seeds']:.0f} seeds ({row['measure']} needs the most", *others]
+            advice = [f"play {row['seeds']:.0f} seeds (this largest number is for {row['measure']}", *others]
             yield f"{pair_name(row)}: {'; '.join(advice)})"
         else:
             yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"
     if len(rows) > _MOST_ADVICE:
-        yield f"{counted(len(rows) - _MOST_ADVICE, 'further pair')}: they need fewer seeds, or no number is enough"
+        further = counted(len(rows) - _MOST_ADVICE, "further pair")
+        yield f"not shown: {further} of conditions; each needs fewer seeds, or no number of seeds is enough"
 
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
@@ -139,8 +139,9 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
         for one in with_looks(plan, looks).to_dict("records")
     ]
     console().print(frame_table(rows, _AT_LOOKS))
-    say(f"power: at level .05, as one of {family} tests; seeds: mean number of seeds until a look finds the difference")
-    say(f"({looks[-1]} if no look does); cautious: the same, with the upper 80 % bound of the pilot's sd.")
+    say(f"power: chance that a look finds the difference at level .05, corrected for {counted(family, 'test')}.")
+    say(f"seeds: mean number of seeds until a look finds the difference; {looks[-1]} if no look finds it.")
+    say("cautious power, cautious seeds: computed with the upper 80 % bound of the pilot's sd.")
     say("Declare these looks with foundry preregister.")
 
 

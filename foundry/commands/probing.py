@@ -146,7 +146,7 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
         rows = planned(composed, Path(scratch))
     texts = [(one.edit, str(one.moments), str(one.conditions), f"{one.calls:,}") for one in rows]
     console().print(frame_table(texts, ("edit", "moments", "conditions", "calls")))
-    say(f"{composed.asked}; here {sum(one.calls for one in rows):,}")
+    say(f"{composed.asked}; with these edits, calls: {sum(one.calls for one in rows):,}")
     return EXIT_OK
 
 

@@ -160,7 +160,9 @@ def export(
 
 
 def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
-    """Return the values of the measures that the option --family or else the preregistration names, for each run.
+    """Return the values of the declared measures, for each run.
+
+    The option --family names these measures; without it, the preregistration names them.
 
     A probe has no such measures, because its choices are compared by moment.
     """

@@ -23,7 +23,13 @@ _TABLES = (
 
 
 def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:
-    """Analyse sweeps with options of `analysis.analyze`, and print the findings below `printed` earlier lines."""
+    """Analyse sweeps with options of `analysis.analyze`, and print the findings.
+
+    Args:
+        folders: folders of the sweeps.
+        printed: number of lines that the command has already printed.
+        options: options of `analysis.analyze`.
+    """
     from analysis import analyze as analyze_folders
 
     with _watched() as watch:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 MOST_NAMES = 4
-"""Number of comparisons that a line names; it counts the others."""
+"""Maximum number of comparisons that a message names; for further ones, it only gives their number."""
 
 
 def run_overrides(argv: Sequence[str]) -> int:
@@ -64,8 +64,9 @@ def _run_until_answered(composed: Composed) -> int:
         stands = answered(analysis.contrasts)
         if analysis.planned is not None:
             failed = len(failures(ends))
-            missing = f"; as planned, without the pairs of {counted(failed, 'failed run')}" if failed else ""
-            say(f"{'answered' if stands else 'not answered'} at {analysis.planned.look}{missing}")
+            missing = f"; as planned, {counted(failed, 'failed run')} left out" if failed else ""
+            tests = "all declared tests" if stands else "not all declared tests"
+            say(f"{tests} are answered at {analysis.planned.look}{missing}")
             if not stands:
                 say(f"still open: {_first_of(open_rows(analysis.contrasts))}")
         if stands:
@@ -162,9 +163,9 @@ def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, pr
 
 
 Run: TypeAlias = "Callable[[SweepFolder, Any, dict[str, ModelInfo], Runner], int]"
-"""A function that plays the unfinished runs of a folder, given its settings, its models and a runner.
+"""A function that plays the unfinished runs of a folder, and returns the exit code.
 
-It returns the exit code.
+Its arguments are the folder, the settings, the facts about the models, and the runner.
 """
 
 
@@ -191,7 +192,7 @@ def _say_seeds_lacking(path: Path) -> None:
 
 
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
-    """Play the scripted baselines of a sweep in its subfolder `baselines`, except those that were played before.
+    """Play the missing scripted baselines of a sweep, in its subfolder `baselines`.
 
     Returns:
         The exit code, which says whether a run failed or the sweep was stopped.
@@ -277,9 +278,9 @@ def existing_answers(composed: Composed) -> Answers | None:
 
 
 def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
-    """Return the facts about a sweep's models from their servers, and "".
+    """Return the facts that servers report about a sweep's models, and a note, which is usually empty.
 
-    A plan also works without a server: then the facts are empty, and the second value says why.
+    A plan also works without a server: then there are no facts, and the note gives the reason.
     """
     from foundry.composing.preflight import check
 
@@ -406,7 +407,7 @@ def status(
 
 
 def _fetched(url: str, folder: Path) -> bool:
-    """Copy the ended runs at a URL into a folder; return False if a run there is damaged."""
+    """Copy the ended runs of the sweep at a URL into a folder; return False if one of these runs is damaged."""
     from foundry.running.remote import fetch
 
     fetched = fetch(url, folder)

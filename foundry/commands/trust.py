@@ -113,7 +113,7 @@ def _print_drift(drift: Sequence[Drift]) -> None:
 
     first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)
     if first is None:
-        print(f"no drift in {len(drift)} steps")
+        print(f"the runs have equal decisions, places and utilities in all {len(drift)} common steps")
         return
     rows = drift[first:]
     stride = -(-len(rows) // _ROWS)
@@ -130,7 +130,7 @@ def _is_apart(row: Drift) -> bool:
 
 
 def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
-    """Return the columns of the table as texts; all cells of a column are empty if the form of the runs lacks it."""
+    """Return the columns of the table as texts; a column that the form of the runs lacks has only empty cells."""
 
     def column(name: str, form: str) -> list[str]:
         values = [getattr(row, name) for row in rows]

@@ -35,7 +35,7 @@ RUN_BYTES = 40_000
 IMAGE_BYTES = 230_000
 """Bytes of a recorded first-person image at 512 x 384, PNG."""
 FRAME_BYTES = 60_000
-"""Bytes of a recorded frame."""
+"""Bytes of a picture that `record.frames` stores."""
 _TIGHT = 3
 """If less than this many times the needed disk space is free, the check gives a warning."""
 UNLIMITED_REPLY = 1024
@@ -43,11 +43,11 @@ UNLIMITED_REPLY = 1024
 COMMON_REPLY = 4
 """A common reply is assumed to be this many times shorter than the longest reply that is allowed."""
 CUT_BEYOND = 8
-"""No tokenizer has so many characters per token in English. If a prompt has more, the server has cut it."""
+"""If a prompt has more characters per counted token, the server has cut it: no tokenizer has as many in English."""
 
 
 class Status(StrEnum):
-    """The result of a check."""
+    """Says whether a check passed."""
 
     OK = "ok"
     WARNING = "warning"  # the sweep would run, but its numbers may be misleading
@@ -57,7 +57,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What a check found out.
+    """The result of one check.
 
     Attributes:
         subject: what was checked, such as the name of a model.
@@ -115,7 +115,7 @@ def megabytes(count: int) -> str:
 async def examine_model(
     use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
 ) -> AsyncIterator[Finding]:
-    """Check one model. With `calls`, this sends about twenty calls; their answers are not recorded."""
+    """Check one model. If `calls` is true, the model gets about twenty calls; their answers are not recorded."""
     name = use.model.name
     if isinstance(use.model, HumanModel):
         yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tested here")
@@ -163,7 +163,7 @@ def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
     now = {"digest": info.digest, "weights": info.weights}
     then = began and began["digest"]
     if began and then and (info.digest is None or not same_weights(began, now)):
-        digests = f"digest {(info.digest or 'none')[:12]}, but the sweep in output.dir began with {then[:12]}"
+        digests = f"its digest is {(info.digest or 'none')[:12]}, but the sweep in output.dir began with {then[:12]}"
         return Finding(
             "model", info.name, Status.PROBLEM, digests, "Restore the first weights, or use another output.dir."
         )
@@ -214,7 +214,7 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
         return
     distance = max((Distance.between(signs, one) for one in replies), key=lambda one: one.order)
     status = Status.OK if distance.verdict is Verdict.SAME else Status.WARNING
-    found = f"{distance.verdict}, compared with the weights that gave the cached answers: {distance}"
+    found = f"weights compared with those that gave the cached answers: {distance.verdict} ({distance})"
     yield Finding("canary", model.name, status, found)
 
 
@@ -232,13 +232,13 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
 
 async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
     """Report whether the prompt is also too long with replies of common length, or only with the longest ones."""
-    name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
+    name, found = use.model.name, f"the longest possible prompt ({longest.characters:,} characters) is refused: {error}"
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
         await use.model.ask(request_of(use, common.question))
     except RequestError:
         return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
-    found = f"a prompt of {common.characters:,} characters, as after common replies, fits; {found}"
+    found = f"with shorter replies, the longest prompt ({common.characters:,} characters) fits; {found}"
     return Finding(
         "context", name, Status.WARNING, found, "A run with very long replies would fail: raise the context."
     )
@@ -249,22 +249,22 @@ def _fit(
 ) -> Finding:
     if tokens is None or room is None:
         return Finding("context", name, Status.SKIPPED, "the server reports no token counts or no context length")
-    found = f"longest prompt {tokens:,} tokens ({longest.characters:,} characters) of {room:,}"
+    found = f"longest prompt: {tokens:,} tokens ({longest.characters:,} characters); context: {room:,} tokens"
     if tokens <= room // 2 + 2 < longest.characters // CUT_BEYOND:
-        return Finding("context", name, Status.PROBLEM, f"{found}: cut by the server", "Raise the context.")
+        return Finding("context", name, Status.PROBLEM, f"{found}; the server cuts the prompt", "Raise the context.")
     if info.context_length is not None and info.context_length < room:
-        advice = f"The model was trained with {info.context_length:,}: lower the context."
+        advice = f"The model was trained with at most {info.context_length:,} tokens: lower the context to this number."
         return Finding("context", name, Status.WARNING, found, advice)
     if tokens + limit > room:
-        advice = f"A reply of {limit:,} tokens does not fit after it and would be cut: raise the context."
+        advice = f"After this prompt, a reply of {limit:,} tokens would be cut: raise the context."
         return Finding("context", name, Status.WARNING, found, advice)
     return Finding("context", name, Status.OK, found)
 
 
 def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
-    times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
+    times = f"{measured.alone_s:.2g} s for a call alone, {measured.per_call_s:.2g} s per call if many are sent at once"
     if loaded.slots is None and measured.slots is None:
-        reason = f"not measured: this machine was too slow to separate them from its own delays; {times}"
+        reason = f"not measured: this machine was too slow to separate the server's time from its own delays; {times}"
         return Finding("parallel slots", name, Status.SKIPPED, reason, "Repeat when this machine is less busy.")
     slots = (
         f"{measured.slots} at once" if loaded.slots is None else (f"{loaded.slots} at once, according to the server")
@@ -277,16 +277,15 @@ def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
 
 
 def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding]:
-    share = f"{measured.equal_under_load:.0%} equal under load"
+    share = f"{measured.equal_under_load:.0%} of the answers are the same under load"
     if not measured.alone_equal:
-        seeds = Finding(
-            "seeds", name, Status.WARNING, f"the same call gave two answers; {share}", "Seeds have no effect."
-        )
+        found = f"a call that was sent twice got two different answers; {share}"
+        seeds = Finding("seeds", name, Status.WARNING, found, "Seeds have no effect.")
     elif measured.equal_under_load < 1:
         advice_seeds = "Parallel calls change answers, so only cached and recorded answers make a study repeatable."
-        seeds = Finding("seeds", name, Status.WARNING, f"equal alone; {share}", advice_seeds)
+        seeds = Finding("seeds", name, Status.WARNING, f"a call alone repeats its answer; {share}", advice_seeds)
     else:
-        seeds = Finding("seeds", name, Status.OK, f"equal alone; {share}")
+        seeds = Finding("seeds", name, Status.OK, f"a call alone repeats its answer; {share}")
     return [_slots(name, measured, loaded), seeds, *_unsteady(name, measured)]
 
 

@@ -22,11 +22,11 @@ from foundry.texts import in_words
 from foundry.worlds.base import Answer, Question, Scenario
 
 CHARACTERS_PER_TOKEN = 3.73
-"""Characters per token of the filler text in the tokenizers of Qwen 3 and Llama 3; replies have at most as many."""
+"""Characters per token of the filler text with the tokenizers of Qwen 3 and Llama 3; replies have at most 3.73."""
 COMMON_MESSAGE = 160
 """Number of characters that is assumed for each message of an agent."""
 PRICED = 1_000_000
-"""A price is the price of this many tokens."""
+"""Prices are given for this number of tokens."""
 SLOW, FAST = 1, 20
 """Calls per second that are assumed for a laptop and for a server if no speed was measured."""
 

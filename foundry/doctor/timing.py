@@ -28,7 +28,7 @@ MOST_OPEN = 16
 
 @dataclass(frozen=True)
 class Use:
-    """A model on a server, with one world and one prompt of the sweep.
+    """A combination of a model, a world and a prompt that occurs in the sweep.
 
     Attributes:
         model: the model without cache, limit and repeated tries; it may be a member of a population.
@@ -70,12 +70,15 @@ def request_of(use: Use, question: Question) -> Request:
 
 
 def with_tries(use: Use) -> Use:
-    """Return the same use with a model that repeats failed calls as a sweep does."""
+    """Return a copy of `use` whose model repeats failed calls, as in a sweep."""
     return replace(use, model=RetriedModel(use.model, serving_of(use.model).retry))
 
 
 async def measured_calls(use: Use) -> LoadResult:
-    """Measure the time of calls from all parts of an episode, first alone, then at once; a short one repeats calls."""
+    """Measure the time of calls, first one by one, then all at once.
+
+    The prompts come from all parts of an episode. A short episode has too few prompts, so some are sent twice or more.
+    """
     requests = [request_of(use, question) for question in spread_questions(use.scenario, use.seed, BURST)]
     more = (msgspec.structs.replace(requests[at % len(requests)], seed=at) for at in range(BURST - len(requests)))
     return await measure_load(use.model, [*requests, *more])
@@ -115,7 +118,7 @@ class Estimate:
 
     @classmethod
     def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> "Estimate":
-        """Return the estimate for this many calls. Few agents in few runs cannot keep all slots of a server busy."""
+        """Return the estimate for a number of calls. Few agents in few runs cannot keep all slots of a server busy."""
         at_once = min(use.runs, MOST_OPEN) * len(use.scenario.start(use.seed).pending())
         means = (measured.prompt_tokens, measured.output_tokens)
         prompts, replies = (None if mean is None else round(calls * mean) for mean in means)
@@ -134,7 +137,7 @@ class Estimate:
         """Return the estimate as text."""
         parts = [
             f"{self.calls:,} calls take about {in_words(self.seconds)}",
-            f"a call {self.alone_s:.2g} s alone, {self.per_call_s:.2g} s each at once",
+            f"{self.alone_s:.2g} s for a call alone, {self.per_call_s:.2g} s per call if many are sent at once",
             ""
             if self.prompt_tokens is None or self.reply_tokens is None
             else f"about {self.prompt_tokens:,} tokens of prompts and {self.reply_tokens:,} of replies",

@@ -32,7 +32,7 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""For each format, the module whose function `write` writes it; an extra of the package has the same name."""
+"""The module of each format, whose function `write` writes the export. An extra has the same name."""
 
 
 @dataclass(frozen=True)
@@ -102,12 +102,12 @@ class ExportedCondition:
 
     @property
     def started(self) -> str:
-        """Start of its first run, ISO 8601."""
+        """Start of the condition's first run, ISO 8601."""
         return min(run.summary.started for run in self.runs)
 
     @property
     def ended(self) -> str:
-        """End of its last run, ISO 8601."""
+        """End of the condition's last run, ISO 8601."""
         return max(run.summary.ended for run in self.runs)
 
     def identity(self, *of: str) -> uuid.UUID:
@@ -116,7 +116,7 @@ class ExportedCondition:
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """Texts that differ if a run of the condition is played again."""
+        """The id and the end of each run; the end changes if the run is played again."""
         return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
 
 

@@ -56,7 +56,7 @@ def _known_fallbacks(manager: FontManager) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1)
 def letters_by_file() -> Mapping[str, Set[str]]:
-    """Return the letters of each font in `families()`, by the font's file."""
+    """Return the letters that each font of `families()` can draw, by the path of the font's file."""
     from matplotlib.font_manager import findfont
     from matplotlib.ft2font import FT2Font
 

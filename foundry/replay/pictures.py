@@ -17,7 +17,7 @@ from foundry.running.cores import share_cores
 CHUNK = 8
 """Number of steps that a worker draws at once."""
 ALONE = 4
-"""Up to this number of pictures, one process is faster than several."""
+"""Maximum number of pictures that one process draws; for more pictures, several processes are faster."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """The layout of a picture of several runs: size of each part in pixels, number of lines of text below it."""
+    """The layout of a picture with several runs: the pixels of each run's part, and the lines of text below it."""
 
     room: tuple[int, int] | None = None
     lines: int = 0
@@ -96,7 +96,7 @@ def _drawn_elsewhere(
 
 
 def _drawn(runs: tuple[Recording, ...], steps: Sequence[int], sheet: _Sheet | None) -> list[Picture]:
-    """Draw some steps of all runs, one run after another, because changing between scenes takes far longer."""
+    """Draw some steps of all runs, one run after another, so that each scene is loaded only once."""
     columns = [[_picture(run, step) for step in steps] for run in runs]
     if sheet is None:
         return [Picture(step, png) for step, png in zip(steps, columns[0], strict=True)]
@@ -112,7 +112,7 @@ def _picture(run: Recording, step: int) -> bytes:
 
 
 def _tile(run: Recording, text: str, png: bytes, step: int) -> Tile:
-    over = f" ({run.note or f'over since step {run.last}'})"
+    over = f" ({run.note or f'ended after step {run.last}'})"
     return Tile(png, f"{text}, step {step}" if step <= run.last else text + over, _told(run, step))
 
 

@@ -29,7 +29,7 @@ class _Speech(msgspec.Struct):
 
 @lru_cache(maxsize=64)
 def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
-    """Return the messages of each step, as in "agent 3 to 4, 7: text". Messages that nobody received come last."""
+    """Return the messages of each step, such as "agent 3 to 4, 7: hello". Messages that nobody received come last."""
     heard: dict[tuple[int, int, str], list[int]] = {}
     for one in lines_of(recording.messages, Message, recording.folder):
         heard.setdefault((one.step, one.sender, one.text), []).append(one.recipient)
@@ -49,7 +49,7 @@ def _to(recipients: Sequence[int]) -> str:
 
 
 def in_lines(said: Sequence[str], width: int, most: int) -> list[str]:
-    """Break texts into at most `most` lines of a width in pixels; the last line gives the number of omitted texts."""
+    """Break texts into at most `most` lines, each at most `width` pixels wide. The last line counts omitted texts."""
     if not most:
         return []
     shown = said if len(said) <= most else said[: most - 1]

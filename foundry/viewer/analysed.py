@@ -1,4 +1,4 @@
-"""Results of a sweep's analysis for one run: its events in words, and its world's score."""
+"""Results of a sweep's analysis for one run: sentences about the run's events, and the score of its world."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COLUMNS = ["step", "agent", "event", "text"]
 
 
 class AnalysedRuns:
-    """Reads the analysis results of a sweep's runs. After a new analysis, it reads the events again."""
+    """Reads the analysis results of a sweep's runs. After a new analysis, the events are read again."""
 
     def __init__(self, sweep: CatalogedSweep) -> None:
         self._sweep = sweep
@@ -67,7 +67,7 @@ class AnalysedRuns:
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:
-    """Return the slice of each run's events; for a run in several sweeps, the slice of the first."""
+    """Return, for each run, the range of its rows in the table of events; for a run with several ranges, the first."""
     import numpy as np
 
     codes, names = runs.indices.to_numpy(), runs.dictionary.to_pylist()

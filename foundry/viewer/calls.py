@@ -11,16 +11,16 @@ from typing import NamedTuple
 import zstandard
 
 READ = 1 << 16
-"""Number of compressed bytes per read."""
+"""Number of compressed bytes that are read at once."""
 HEAD_READ = 1 << 12
-"""Number of bytes that are read of a frame to find its first step."""
+"""Number of bytes at the beginning of a Zstandard frame that are read to find its first step."""
 _HEAD = re.compile(rb'\{"step":(\d+),"agent":(\d+),')
 _LONGEST_HEADER = 18
-"""Maximum size of a frame's header, bytes."""
+"""Maximum size of the header of a Zstandard frame, bytes."""
 
 
 class _LoggedCall(NamedTuple):
-    """A call: some lines of its frame, and the position of the call's own line in them."""
+    """A logged call. `lines` are lines of its Zstandard frame; the call's own line goes from `start` to `end`."""
 
     frame: int
     step: int
@@ -82,7 +82,7 @@ class CallLog:
         return lines_by_agent
 
     def _go_to(self, step: int) -> None:
-        """Go to the first call of a step, or to a call before it."""
+        """Make `self._next` the first call of a step, or a call before it."""
         self._look_for_frames()
         frame = max(0, bisect_left(range(len(self._starts)), step, key=self._first_step) - 1)
         if self._next is None or self._next.step > step or self._next.frame < frame:
@@ -90,7 +90,7 @@ class CallLog:
             self._next = next(self._calls, None)
 
     def _look_for_frames(self) -> None:
-        """Find where the written frames begin. The last known frame is looked at again, because it may have grown."""
+        """Find the first byte of each Zstandard frame. The last known frame is read again, since it may have grown."""
         known = self._starts.pop() if self._starts else 0
         if self.path.exists() and self.path.stat().st_size:
             with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:
@@ -111,7 +111,7 @@ class CallLog:
         return self._first_steps[frame]
 
     def _read_from(self, frame: int) -> Iterator[_LoggedCall]:
-        """Yield the calls from a frame on, until the written log ends or is damaged."""
+        """Yield all calls from the beginning of a Zstandard frame, until the log ends or a part of it is damaged."""
         step = 0
         while frame < len(self._starts):  # which grows
             try:
@@ -121,7 +121,9 @@ class CallLog:
                         head = _HEAD.match(lines, start)
                         if head is None or int(head[1]) < step:
                             line = lines[start : min(end - 1, start + 80)]
-                            self.damaged = f"a call lacks its agent or step, or its step is out of order: {line!r}"
+                            self.damaged = (
+                                f"a call has no agent, no step, or a lower step than the call before: {line!r}"
+                            )
                             return
                         step = int(head[1])
                         yield _LoggedCall(frame, step, int(head[2]), lines, start, end - 1)
@@ -132,7 +134,10 @@ class CallLog:
             frame += 1
 
     def _lines(self, frame: int) -> Iterator[bytes]:
-        """Yield batches of lines of a frame. The last line of a batch may be incomplete; the next batch repeats it."""
+        """Yield the lines of a Zstandard frame in blocks.
+
+        The last line of a block may be incomplete; the next block begins with the whole line.
+        """
         inflate = zstandard.ZstdDecompressor().decompressobj()
         rest = b""
         with self.path.open("rb") as file:
@@ -144,7 +149,7 @@ class CallLog:
 
 
 def frame_starts(log: mmap.mmap, start: int) -> list[int]:
-    """Return where the Zstandard frames of a log begin, from the frame at `start` on; the last may be incomplete.
+    """Return the first byte of each Zstandard frame in a log, from byte `start` on; the last frame may be incomplete.
 
     Source of the layout: RFC 8878, section 3.1.1.
     """

@@ -1,4 +1,4 @@
-"""The sweeps in a folder, and the state of their runs. Data of a file stay in memory until the file changes."""
+"""The sweeps in a folder, and the state of their runs. Data from a file stay in memory until this file changes."""
 
 import base64
 import re
@@ -21,15 +21,15 @@ from foundry.viewer.summary import Summary, claimed_measures, summary_of
 
 ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
-"""Number of runs that the first check covers; the page waits for this check."""
+"""Number of runs whose state is checked before the page shows a sweep for the first time."""
 FEW = 2_000
-"""Number of runs per later check: larger sweeps are checked in parts of this size, smaller sweeps as a whole."""
+"""Number of new runs that each later request checks; it checks all runs if the sweep has at most so many."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 
 @dataclass
 class CatalogedSweep:
-    """A sweep and its data in memory.
+    """A sweep, with the data that the server has read from its files.
 
     Attributes:
         id: its name in addresses.
@@ -66,7 +66,7 @@ class CatalogedSweep:
         return {run.id: place for place, run in enumerate(self.folder.sweep.runs)}
 
     def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
-        """Return the runs with these indices. Each is created at its first use, because there may be very many."""
+        """Return the runs with these indices. A run is read at its first use, since a sweep may have very many runs."""
         if fresh := [place for place in places if place not in self._folders]:
             self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
         return [self._folders[place] for place in places]
@@ -87,7 +87,7 @@ class CatalogedSweep:
         return set(opened_in(self.folder.progress()))
 
     def head(self) -> dict[str, Any]:
-        """Return what the page shows above the table. `counts` covers the runs that were checked so far."""
+        """Return the facts that the page shows above the table. `counts` only counts runs that were checked already."""
         reports = self.folder.progress()
         counts = self.look_further(set(opened_in(reports)))
         return {
@@ -115,7 +115,7 @@ class CatalogedSweep:
         ]
 
     def look_further(self, opened: Container[str]) -> Counter[str]:
-        """Check the runs whose state may have changed, and some that were never checked.
+        """Check the state of runs that may have changed, and of a limited number of runs that were never checked.
 
         Args:
             opened: ids of the runs that a worker is playing.
@@ -145,13 +145,13 @@ class CatalogedSweep:
         return {run.id: names[run.condition] for run in self.folder.sweep.runs}
 
     def seeds_of(self, run: str) -> list[str]:
-        """Return all runs with the condition of a run, in the order of their seeds."""
+        """Return the ids of all runs with the same condition as `run`, in the order of their seeds."""
         runs = self.folder.sweep.runs
         condition = runs[self._places[run]].condition
         return [one.id for one in sorted(runs, key=lambda one: one.seed) if one.condition == condition]
 
     def models_beside(self, run: str) -> list[str]:
-        """Return the run itself and all runs that differ from it only in the model, in the order of the sweep."""
+        """Return the ids of `run` and of all runs that differ from it only in the model, in the order of the sweep."""
         runs, conditions = self.folder.sweep.runs, self.folder.sweep.conditions
         own = runs[self._places[run]]
         swept = [{name: value for name, value in one.factors.items() if name != "model"} for one in conditions]
@@ -159,7 +159,7 @@ class CatalogedSweep:
         return [one.id for one in runs if one.condition in like and one.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
-        """Return the ids of the runs in a mask; see `places_in`."""
+        """Return the ids of the runs that a mask chooses; `places_in` describes masks."""
         runs = self.folder.sweep.runs
         return [runs[place].id for place in places_in(mask, len(runs))]
 
@@ -250,12 +250,12 @@ class CatalogedSweep:
 
 
 def opened_in(reports: Mapping[str, Any]) -> list[str]:
-    """Return the ids of the open runs in workers' reports."""
+    """Return the ids of the runs that workers are playing, according to their reports."""
     return [run for report in reports.values() for run in report["open"]]
 
 
 def places_in(mask: str, runs: int) -> list[int]:
-    """Return the indices of the runs in a mask.
+    """Return the indices of the runs that a mask chooses.
 
     Args:
         mask: URL-safe base64 with one bit per run; the highest bit of a byte is first.
@@ -266,7 +266,9 @@ def places_in(mask: str, runs: int) -> list[int]:
     except ValueError as error:
         raise InputError(f"'{mask[:40]}' is not a valid mask of runs ({error}).") from error
     if len(content) != -(-runs // 8):
-        raise InputError(f"The mask covers {8 * len(content)} runs, but this sweep has {runs}. Reload the page.")
+        raise InputError(
+            f"The page chose among {8 * len(content)} runs, but the sweep has {runs} runs. Reload the page."
+        )
     return [place for place in range(runs) if content[place >> 3] & 128 >> (place & 7)]
 
 
@@ -280,7 +282,7 @@ class Catalog:
 
     @property
     def unreadable(self) -> list[str]:
-        """One line for each sweep that cannot be shown: the reason why."""
+        """The reasons why sweeps cannot be shown, one line per sweep."""
         return list(self._unreadable.values())
 
     def sweeps(self) -> list[CatalogedSweep]:

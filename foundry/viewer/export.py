@@ -20,7 +20,7 @@ from foundry.viewer.resources import Resources, addresses_of_run, resources_of_a
 from foundry.viewer.run_view import IsWarning
 
 DECISIONS_PER_CHUNK = 50
-"""Number of steps of an agent per file. More steps would give larger files, fewer steps more files."""
+"""Number of steps in each exported file with decisions of an agent; a larger number gives fewer but larger files."""
 _ENCODE = msgspec.json.Encoder().encode
 _NOT_COPIED = ("source_http.js", "source_files.js")
 
@@ -128,7 +128,7 @@ def _copy_file(source: Path | None, target: Path) -> None:
 
 
 def _write(out: Path, address: str, content: bytes) -> None:
-    """Write a resource as a script. In base64, no text of a record can act as code."""
+    """Write a resource as a script that passes it to the page. It is in base64, so no recorded text can act as code."""
     packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
     target = out / "data" / f"{address}.js"
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -30,16 +30,16 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
     "connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'"
 )
-"""The page's Content-Security-Policy. It forbids inline and external code; for file://, the page repeats it."""
+"""The page's Content-Security-Policy. It forbids inline and external code. An exported page has this policy too."""
 
 REPORT_POLICY = (
     "sandbox allow-scripts allow-popups; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src 'self' data:; font-src data:"
 )
-"""Policy for documents of the sweep's folder. It keeps them away from the page and its data."""
+"""The Content-Security-Policy of reports in a sweep's folder: they cannot reach the page and its data."""
 
 PALETTE = "palette.js"
-"""Address of the script with the looks of models and labels, next to the page's files."""
+"""Address of the script with the colours and markers of models and labels, next to the page's files."""
 
 
 def palette_script() -> bytes:
@@ -60,7 +60,7 @@ def inside(root: Path, relative: str) -> Path | None:
 
 
 def static_file(relative: str) -> Path | None:
-    """Return a file of the page by its address; `source.js` loads data, from a server by HTTP."""
+    """Return a file of the page by its address. For `source.js`, return the script that loads data by HTTP."""
     room, _, name = relative.partition("/")
     if room in ROOMS:
         return inside(ROOMS[room], name)

@@ -1,7 +1,8 @@
-"""Finds the view of a form by its name: the reader of its records, and its part of the page.
+"""Finds the view of a form by its name: the class that reads its records, and the script of its page.
 
-Both come from `foundry/viewer/<form>/` and its `static/page.js`, or from a user's module with `VIEWER` and `PAGE`
-(`foundry.own_code`, group `forms`). Otherwise `any` shows the parts that all forms share.
+For a form of foundry, they are in `foundry/viewer/<form>/`; the script is `static/page.js`. For a form of the user,
+the module of the form names them as `VIEWER` and `PAGE` (`foundry.own_code`, group `forms`). For any other form, the
+view `any` shows the parts that all forms share.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,7 @@ class Script:
 
     @property
     def told(self) -> dict[str, str]:
-        """Its description for the page."""
+        """The description of the script that the page gets."""
         return {"form": self.form, "script": self.address}
 
 
@@ -54,7 +55,7 @@ def view_of(form: str) -> FormView:
 
 
 def scripts_of(form: str) -> list[Script]:
-    """Return the scripts of a form in the order of loading. A user's script follows the generic script."""
+    """Return the scripts of a form in the order of loading; the generic script is loaded before a user's script."""
     own, shipped = outside_script(form), _script(form)
     return [one for one in ([shipped] if shipped else [_script(GENERIC), own]) if one is not None]
 
@@ -73,7 +74,11 @@ def _script(form: str) -> Script | None:
 
 
 def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
-    """Return a value in the user's module of a form, or None; refuse a wrong type, and a name of a shipped form."""
+    """Return the value `what` from the user's module of a form; None if there is no such module or value.
+
+    Raises:
+        InputError: the value has another type than `kind`, or foundry has a form of this name.
+    """
     for own in own_modules("forms"):
         if own.name != form:
             continue

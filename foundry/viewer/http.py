@@ -23,7 +23,7 @@ from foundry.viewer.run_view import JSON, Resource
 
 LOOPBACK = "127.0.0.1"
 USUAL_PORTS = (*range(8600, 8620), 0)
-"""Ports that are tried in this order; 0 stands for any free port."""
+"""Ports in the order in which the server tries to get them; 0 stands for any free port."""
 MOST_DIGITS = 18
 _COMPRESS_FROM = 1 << 10
 _COMPRESSIBLE = ("text/", "application/json", "application/octet-stream", "image/svg+xml")
@@ -37,7 +37,7 @@ _HEADERS = {
 
 
 class PageServer(ThreadingHTTPServer):
-    """Listens as soon as it is created; `serve_forever` answers.
+    """A server that listens from its creation on, and answers requests while `serve_forever` runs.
 
     Args:
         handler: class that answers a request.
@@ -72,12 +72,12 @@ class PageServer(ThreadingHTTPServer):
         return f"http://{host}:{self.server_port}/"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Print errors, except that a page was closed before it had its answer."""
+        """Print an error, unless the page was closed before it got its answer."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
-        """Return whether a Host header names this server. A foreign page may send another name (DNS rebinding)."""
+        """Return whether a Host header is of this server. A page of an attacker sends another (DNS rebinding)."""
         name, _, port = host.rpartition(":")
         if port != str(self.server_port):
             return False
@@ -98,7 +98,7 @@ def _is_address(name: str) -> bool:
 
 
 class PageHandler(BaseHTTPRequestHandler):
-    """Sends resources or errors."""
+    """Answers the requests of pages with a resource or an error."""
 
     server: PageServer
     protocol_version = "HTTP/1.1"
@@ -109,7 +109,7 @@ class PageHandler(BaseHTTPRequestHandler):
     disable_nagle_algorithm = True
 
     def log_message(self, format: str, *args: object) -> None:
-        """Log nothing, since the command uses the terminal."""
+        """Print no line per request, because the command prints its own output."""
 
     def is_known(self) -> bool:
         """Return whether the request uses a name of this server; if not, answer it with an error."""
@@ -146,7 +146,7 @@ class PageHandler(BaseHTTPRequestHandler):
             self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(told))
 
     def _end_with(self, status: HTTPStatus, message: str) -> None:
-        """Send an error, and close the connection, because the rest of the request may still arrive on it."""
+        """Send an error and close the connection, on which a part of the request may be unread."""
         self.close_connection = True
         self.send_problem(status, message)
 
@@ -194,7 +194,7 @@ def is_loopback(host: str) -> bool:
 
 
 def open_in_browser(url: str) -> bool:
-    """Open the page in a browser if there is a display. Without one, a text browser would occupy the terminal."""
+    """Open the page in a browser if there is a display; without a display, a text browser would block the terminal."""
     has_display = not sys.platform.startswith("linux") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )

@@ -1,4 +1,4 @@
-"""Finds the lines of a step in a file of JSON lines. The file may be large, and may still grow."""
+"""Finds the lines of a step in a file of JSON lines, which may be large and may still grow."""
 
 import re
 import threading
@@ -10,7 +10,7 @@ from foundry.errors import RecordError
 BLOCK = 1 << 22
 """Number of bytes that are read at once."""
 NEAR = 1 << 10
-"""The end of a step's lines is first looked for in this number of bytes after its first line."""
+"""The search for the last line of a step begins this number of bytes after its first line."""
 _STEP = re.compile(rb'\{"step":(\d+)')
 _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
 
@@ -32,7 +32,7 @@ class StepLines:
         self._end = 0
 
     def grow(self) -> None:
-        """Read the lines that were completed since the last call; raise RecordError if one has no step."""
+        """Read the lines that were completed since the last call; raise RecordError if a line has no step."""
         with self._lock:
             try:
                 file = self.path.open("rb")
@@ -62,7 +62,7 @@ class StepLines:
         return self._counted(0)[1]
 
     def _counted(self, place: int) -> tuple[int, int]:
-        """Return the step at an index of the list of steps, and its number of lines."""
+        """Return the step with an index in the order of steps, and its number of lines."""
         with self._lock:
             if not self._steps:
                 return 0, 0
@@ -81,7 +81,7 @@ class StepLines:
             return file.read(end - start)
 
     def _index(self, block: bytes, whole: int) -> None:
-        """Add the lines of a block up to byte `whole`. Bisection finds where the lines of each step end."""
+        """Record where each step begins in the first `whole` bytes of a block; bisection finds these places."""
         start, final = 0, self._step_at(block, block.rfind(b"\n", 0, whole - 1) + 1) if whole else 0
         while start < whole:
             step = self._step_at(block, start)
@@ -93,7 +93,7 @@ class StepLines:
         self._end += whole
 
     def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
-        """Return the byte at which the lines of a step end. It has a line at byte `low`, and ends at `high` at most."""
+        """Return the byte at which the lines of a step end. A line of the step begins at byte `low`."""
         reach = NEAR
         while True:
             middle = min(low + reach, (low + high) // 2)

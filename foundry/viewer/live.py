@@ -13,7 +13,7 @@ from foundry import own_code
 from foundry.errors import InputError
 
 LINGER_S = 1.0
-"""Seconds for which the server goes on after the sweep, so that an open page can show the end."""
+"""Seconds for which the server still runs after the sweep, so that an open page can show the final state."""
 
 
 @contextmanager

@@ -18,6 +18,7 @@ import msgspec
 from foundry.errors import InputError, not_found
 from foundry.storing.notes import Note, add_note, notes_of
 from foundry.storing.store import RunFolder
+from foundry.texts import counted
 from foundry.viewer.analysed import AnalysedRuns
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
 from foundry.viewer.forms import scripts_of, view_of
@@ -73,14 +74,14 @@ def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], 
 
 
 MOST_PARTINGS = 11
-"""Maximum number of different decisions that the page of compared runs lists: the first, and ten more."""
+"""Maximum number of different decisions that the page of compared runs lists."""
 _OPEN_RUNS = 12
 _NUMBER = re.compile(r"\d{1,9}")
 _ENCODE = msgspec.json.Encoder().encode
 
 
 def open_view(folder: RunFolder, is_warning: IsWarning | None = None, **settings: Any) -> RunView:
-    """Return the view for the form of a run; `settings` are the keyword arguments of `RunView`."""
+    """Return the view of a run; its class depends on the run's form. `settings` are arguments of `RunView`."""
     view = view_of(folder.declared.form).run(folder, **settings)
     view.is_warning = is_warning
     return view
@@ -233,12 +234,12 @@ def _of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Any:
     if what == "measure" and len(numbers) == 1 and numbers[0] < len(measures):
         name = measures[numbers[0]]
         return {"name": name, "values": sweep.measure(name)}
-    raise InputError(f"A sweep has no '{'/'.join(rest)}'.")
+    raise InputError(f"A sweep has no data at the address '{'/'.join(rest)}'.")
 
 
 def _numbers(texts: list[str]) -> list[int]:
     if not all(_NUMBER.fullmatch(text) for text in texts):
-        raise InputError(f"'{'/'.join(texts)}' must consist of whole numbers.")
+        raise InputError(f"The part '{'/'.join(texts)}' of the address must consist of whole numbers.")
     return [int(text) for text in texts]
 
 
@@ -291,13 +292,13 @@ _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {
 def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
     answer = {**_OF_RUN, **view.parts}.get((what, len(numbers)))
     if answer is None:
-        raise InputError(f"A run has no '{what}' with {len(numbers)} numbers.")
+        raise InputError(f"A run has no data at an address with '{what}' and {counted(len(numbers), 'number')}.")
     found = answer(view, *numbers)
     return found if isinstance(found, Resource) else Resource(_ENCODE(found))
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:
-    """Yield the addresses below a run that all forms have, except the addresses of single agents."""
+    """Yield the addresses of a run's data that exist for every form, without the data of single agents."""
     view.steps.grow()
     yield from ("about", "progress", "analysis", "agents")
     yield from (
@@ -308,7 +309,7 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
-    """Yield the addresses of single agents below a run, with their resources. The records are read only once."""
+    """Yield addresses and contents of the data of single agents; the records are read once, not once per agent."""
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))

@@ -26,7 +26,7 @@ JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 IsWarning = Callable[[str, tuple[str, ...]], bool | None]
-"""A function of a text and the names of fires. It returns whether the text warns of them; None if unknown."""
+"""A function that returns whether a text warns of fires with the given names; None if this is unknown."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class RunView(ABC):
 
     @abstractmethod
     def about_world(self) -> dict[str, Any]:
-        """Return facts about the world that the page needs to draw it."""
+        """Return the facts that the page needs to draw the world."""
 
     @abstractmethod
     def frames(self, first: int, last: int) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class RunView(ABC):
 
     @abstractmethod
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
-        """Return the texts of these steps, which the search of the run's page looks through, as (step, agent, text)."""
+        """Return the texts of these steps as (step, agent, text), for the search on the run's page."""
 
     @abstractmethod
     def track(self, agent: int) -> dict[str, Any]:
@@ -103,14 +103,14 @@ class RunView(ABC):
 
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `track`. The records are read only once."""
+        """Yield each agent with the result of `track`; this reads the records once, not once per agent."""
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
         """Yield, for each decision in these steps, its agent and the numbers to add to the agent's totals."""
         return iter(())
 
     def totals(self) -> dict[str, Any]:
-        """Return `agents`: the `persona` of each agent, and its totals over the run so far as `counts`."""
+        """Return a list of agents. `persona` is an agent's persona, and `counts` are its totals over the run so far."""
         with self._counting:
             self.steps.grow()
             while self._counted < (done := self.done):
@@ -131,7 +131,7 @@ class RunView(ABC):
         return {}
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the address below the run, and the content, of each part that an export contains."""
+        """Yield the further data of an export, each with its address below the address of the run."""
         return iter(())
 
     def files(self) -> Sequence[str]:
@@ -139,7 +139,7 @@ class RunView(ABC):
         return ()
 
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return the messages of these steps by recipient, as (step, sender, text): of one agent if it is given."""
+        """Return the messages of these steps by recipient, as (step, sender, text); for `agent` only, if given."""
         self.messages.grow()
         lines = self.messages.read(first, last)
         if agent is not None:
@@ -207,7 +207,7 @@ class RunView(ABC):
         return {"first": first, "last": last, **found, "damaged": self.calls.damaged}
 
     def all_decisions(self, first: int, last: int) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `decisions`. The records are read only once."""
+        """Yield each agent with the result of `decisions`; this reads the records once, not once per agent."""
         steps, calls = by_agent(self.steps.read(first, last)), self.calls.of_all(first, last)
         received = self.received(first, last)
         for agent in range(self.agents):
@@ -221,12 +221,12 @@ class RunView(ABC):
 
 
 def raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
-    """Return lines of JSON that are sent to the page unchanged, with all their keys."""
+    """Mark lines of JSON such that the page gets them unchanged, with all their keys."""
     return [msgspec.Raw(line) for line in lines]
 
 
 def parts_of(total: int, size: int) -> int:
-    """Return the number of parts of a given size into which a total is cut; the last part may be smaller."""
+    """Return how many parts of size `size` a total has; the last part may be smaller."""
     return -(-total // size)
 
 

@@ -20,19 +20,19 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
 UNREADABLE = "unreadable"
-"""The kind of unreadable replies. If a reply is missing, its text is the reason why."""
+"""The kind of unreadable replies. If a call failed and has no reply, the reason is searched instead."""
 KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
 """The kinds of indexed texts; an unreadable reply also counts as a reply."""
 NOTE = "note"
 """The kind of people's notes, which are not indexed, since they change."""
 MOST = 50
-"""Maximum number of results per answer."""
+"""Maximum number of results that the server sends at once."""
 SPEAKERS = 10
-"""Maximum number of agents for which an answer gives the number of results."""
+"""Maximum number of agents in the list of agents with the most results."""
 _OF_STEP = {"message": "message", "memory": "memory", "reasoning": "reasoning", "message_reasoning": "reasoning"}
 _BEFORE, _AFTER = 60, 140
 _UNSPACED = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")
-"""Characters of scripts without spaces; each is a word in the index."""
+"""Characters of Japanese and Chinese, which have no spaces between words; each character is a word in the index."""
 _TOKENS = 'tokenize="unicode61 remove_diacritics 2"'
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS runs (id INTEGER PRIMARY KEY, run TEXT UNIQUE, beginning TEXT);
@@ -47,7 +47,7 @@ _Hit = list[Any]
 
 
 class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A search request. Its conditions apply together; without a word, at least one other condition is necessary.
+    """A search request. A text must meet all conditions. A request without words needs at least one other condition.
 
     Attributes:
         kind: one of KINDS, "note", or "every".
@@ -71,7 +71,7 @@ class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def narrows(self) -> bool:
-        """Whether a condition other than the words leaves out texts."""
+        """Whether a condition besides `words` leaves out some texts."""
         return self.kind != EVERY or bool(self.outcome) or (self.agent, self.first, self.last) != (None, None, None)
 
 
@@ -184,7 +184,7 @@ class TextSearch:
             self._problem = f"The texts cannot be indexed: {error}"
 
     def _found(self, query: Query, phrases: str, noted: list[_Hit], runs: Collection[str] | None) -> dict[str, Any]:
-        """Return the results, notes first, and their number in total, by run and by agent."""
+        """Return the results, first notes, then other texts, and the number of all results, per run, and per agent."""
         conditions, values = _conditions(query, phrases, runs)
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
@@ -271,7 +271,7 @@ def _texts(run: RunFolder) -> Iterator[_Moment]:
 
 
 def _outcome_of(record: dict[str, Any], key: str) -> str:
-    """Return the outcome of the reply that contained a text of a record."""
+    """Return the outcome of the reply that the text under `key` in a record comes from."""
     names = ("message_outcome", "outcome") if key.startswith("message") else ("outcome",)
     known = (record[name] for name in names if record.get(name) in _OUTCOMES)
     return str(next(known, Outcome.CHOSEN))
@@ -303,7 +303,7 @@ def _json(values: list[Any]) -> str:
 
 
 def _phrases(words: str) -> str:
-    """Return the words in the syntax of FTS5. Each becomes a quoted phrase, so that no character is special."""
+    """Return words in the syntax of FTS5. Each word becomes a quoted phrase, in which no character is special."""
     parts = re.findall(r'"([^"]*)"|([^\s"]+)', words.replace("\0", " "))
     asked = [(phrase or word.rstrip("*"), word.endswith("*")) for phrase, word in parts]
     return " ".join(f'"{_spaced(text)}"{"*" if start else ""}' for text, start in asked if re.search(r"\w", text))

@@ -46,7 +46,7 @@ class ViewServer(PageServer):
 
 
 class _Handler(PageHandler):
-    """Answers GET and HEAD, and accepts notes. It refuses everything else."""
+    """Answers GET and HEAD, accepts notes, and refuses all other requests."""
 
     server: ViewServer
 

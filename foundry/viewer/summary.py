@@ -16,7 +16,7 @@ from foundry.viewer.signature_table import SignatureTable
 
 _T = TypeVar("_T")
 NO_BEHAVIOUR = ("failure", "cost")
-"""Signatures that describe failures and cost, not the behaviour of agents."""
+"""Names of the signatures about failures and cost, which do not describe the behaviour of agents."""
 _OF_THE_MEASURE = ("measure", "baseline", "runs", "n", "mean", "sd", "low", "high", "interval", "note", "filter")
 
 

@@ -15,7 +15,7 @@ _COUNTS = ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
 
 @dataclass(frozen=True)
 class _Reported:
-    """The reports of the workers.
+    """Facts from the reports in which workers state their progress.
 
     Attributes:
         workers: number of workers.
@@ -32,12 +32,12 @@ class _Reported:
     tallies: Mapping[str, Counter[str]]
 
     def made(self, run: str) -> int:
-        """Return the number of calls of an open run so far."""
+        """Return the number of calls that a run has made so far."""
         return self.counts.get(run, {}).get("calls") or 0
 
 
 def underway(sweep: CatalogedSweep) -> dict[str, Any]:
-    """Return the content of `sweep/<sweep>/underway`; see `foundry/viewer/README.md`."""
+    """Return the state of a sweep. `foundry/viewer/README.md` lists the keys at `sweep/<sweep>/underway`."""
     reports = sweep.folder.progress()
     found = _reported(sweep, reports)
     counts = sweep.look_further(set(found.opened))

@@ -138,7 +138,7 @@ def test_power_is_judged_by_a_part_and_says_so(swept):
     done = foundry(
         "plan", "--pilot", str(swept), "--without", "prompt=japanese", "--measure", "idle_rate.chosen", cwd=swept
     )
-    assert "based on a part of the runs only: without prompt=japanese" in done.stdout, done.stderr
+    assert "based on a part of the pilot's runs, chosen by: without prompt=japanese" in done.stdout, done.stderr
     assert "japanese" not in done.stdout.partition("prompt=japanese")[2]
 
 

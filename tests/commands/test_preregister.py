@@ -46,7 +46,9 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
     said = (declared / "said.txt").read_text().splitlines()
     content = (declared / "out" / "preregistration.yaml").read_bytes()
     assert said[0] == f"{hashlib.sha256(content).hexdigest()}  out/preregistration.yaml"
-    assert said[1] == "8 seeds; pairs: 1 (model) with 2 tests; looks at 6 (level 0.037), 8 (level 0.029)"
+    assert said[1] == (
+        "8 seeds; tests: 2 for 1 pair of levels of model; looks after 6 seeds (level 0.037), 8 seeds (level 0.029)"
+    )
     assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
     assert "Only a difference can answer clustering.nni and idle_rate.chosen; if none is found, all 8 seeds" in "".join(
         said
@@ -153,7 +155,8 @@ def test_a_sweep_stops_at_the_look_that_answers_it_and_goes_on_later_and_is_anal
     asked = [*(word for word in UNLIKE if word != "analyze=false"), "world=bar", "world.steps=8"]  # few pictures
     succeeds("preregister", *asked, *LOOKS, cwd=tmp_path)
     done = succeeds(*asked, "until=answered", cwd=tmp_path)
-    assert "\nanswered at look 1 of 2, at 6 seeds" in done.stdout and done.stdout.count("tables: out/analysis") == 1
+    assert "\nall declared tests are answered at look 1 of 2, at 6 seeds" in done.stdout
+    assert done.stdout.count("tables: out/analysis") == 1
     folder = SweepFolder.open(tmp_path / "out")
     assert {one.seeds for one in folder.sweep.conditions} == {tuple(range(6))} and len(folder.sweep.history) == 1
     assert folder.settings["analyze"] is True
@@ -167,10 +170,10 @@ def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_hold
     succeeds("preregister", *own, *market, *LOOKS, cwd=tmp_path)
     done = foundry(*own, *market, "until=answered", cwd=tmp_path)
     assert done.returncode == 3
-    assert "not answered at look 1 of 2, at 6 seeds" in done.stdout
+    assert "\nnot all declared tests are answered at look 1 of 2, at 6 seeds" in done.stdout
     assert "\nstill open: idle_rate.chosen (" in done.stdout
-    assert "; as planned, without the pairs of 2 failed runs" in done.stdout
-    assert "\nanswered at look 2 of 2, at 8 seeds" in done.stdout
+    assert "; as planned, 2 failed runs left out" in done.stdout
+    assert "\nall declared tests are answered at look 2 of 2, at 8 seeds" in done.stdout
     assert "try the failed runs again with: foundry resume out" in done.stdout
     assert sorted(statuses(tmp_path / "out")) == ["complete"] * 14 + ["failed"] * 2
 

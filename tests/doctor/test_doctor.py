@@ -121,7 +121,7 @@ def test_the_canary_is_held_against_the_weights_that_gave_the_answers_in_the_cac
         succeeds("model=openai/a", "analyze=false", *FEW, cwd=tmp_path, **to(server))
         same = looked(server)
     assert first == "it answers; the cache of answers contains no canary to compare it with"
-    assert same.startswith("same, compared with the weights")
+    assert same.startswith("weights compared with those that gave the cached answers: same (")
 
 
 @pytest.mark.parametrize("damaged", ["", "{", "[1]", '{"a": "b"}'])
@@ -217,7 +217,7 @@ def test_slots_and_context_are_those_that_llama_cpp_tells(tmp_path: Path):
         done = foundry(*asked, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
     found = found_by(done)
     assert found["parallel slots"]["found"].startswith("4 at once, according to the server")
-    assert " of 512" in found["context"]["found"]
+    assert "; context: 512 tokens" in found["context"]["found"]
 
 
 def test_a_context_is_held_against_the_longest_prompt_and_the_reply_behind_it(tmp_path: Path):
@@ -226,7 +226,7 @@ def test_a_context_is_held_against_the_longest_prompt_and_the_reply_behind_it(tm
         tokens = int(whole["context"]["found"].split()[2].replace(",", ""))
         for num_ctx, exit_code, said in (
             (512, 3, "is refused"),
-            (1500, 0, "characters, as after common replies, fits"),
+            (1500, 0, "with shorter replies, the longest prompt ("),
             (tokens + 100, 0, "would be cut"),
         ):
             code, found = findings(server, tmp_path, "model=llama3.2", f"model.options.num_ctx={num_ctx}")
@@ -239,7 +239,8 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
     with OllamaServer(lambda body: f"{next(numbers)} {grid_answer(body)}") as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0
-    assert found["seeds"]["status"] == "warning" and "0% equal under load" in found["seeds"]["found"]
+    assert found["seeds"]["status"] == "warning"
+    assert "0% of the answers are the same under load" in found["seeds"]["found"]
 
 
 QUICK = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")

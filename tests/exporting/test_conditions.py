@@ -124,4 +124,4 @@ def test_a_probe_is_exported_without_scores_since_it_is_compared_by_moment(tmp_p
     with pytest.raises(InputError, match="is a probe, which has no measures to export. Leave out --family"):
         scores_of(probed, ["outcome.readable"])
     told = exported("eee", "probed", cwd=tmp_path, code=2)
-    assert "No declared measure with a better direction has a value, so there is no record" in told
+    assert "Every declared measure lacks a value or a better direction (high or low), so there is no record" in told

@@ -58,14 +58,14 @@ def test_a_measure_without_bounds_says_so_and_has_its_interval(sweep: SweepFolde
 def test_a_condition_without_a_result_has_no_record_and_none_says_which_server_it_was(sweep: SweepFolder, told: str):
     assert set(records(sweep)) == {"ollama/qwen3:4b", "scripted/random"}
     assert (
-        "cafe_library, llama3.2, paper: no record, because no declared measure with a better direction has a value"
+        "cafe_library, llama3.2, paper: no record, because every declared measure lacks a value or a better direction"
         in told
     )
     host = str(next(sweep.runs()[0].calls()).host)
     assert host not in json.dumps(records(sweep))
     left = json.loads((sweep.export_dir("eee") / "left_out.json").read_bytes())
     assert list(left) == ["idle_rate.chosen"] and "no direction is better" in left["idle_rate.chosen"]
-    assert "1 declared measures have no better direction and no record" in told
+    assert "left out: 1 declared measure for which neither high nor low is better" in told
     said = records(sweep)["scripted/random"]["source_metadata"]["additional_details"]["left_out"]
     assert said == '["idle_rate.chosen"]'
 
@@ -79,7 +79,7 @@ def test_runs_that_failed_or_have_not_ended_are_counted_and_are_in_no_mean(sweep
     told = exported("eee", "out", *OPTIONS, cwd=tmp_path)
     assert "cafe_library, qwen3:4b, paper: 1 unfinished runs are left out" in told
     assert "cafe_library, llama3.2, paper: 2 unfinished runs are left out" in told
-    assert told.count("left out") == 2 and "2 files with 3 runs in" in told
+    assert told.count("unfinished runs are left out") == 2 and "2 files with 3 runs in" in told
     details = {name: one["evaluation_results"][0]["score_details"] for name, one in records(copy).items()}
     runs = {name: tuple(one["details"].values()) for name, one in details.items()}
     assert runs == {"ollama/qwen3:4b": ("2", "1"), "scripted/random": ("2", "1")}

@@ -92,7 +92,7 @@ def test_the_map_shows_all_that_an_agent_perceives_of_walls_exits_food_and_other
         "what is beyond the edge is none"
     )
     assert 'class="exit" x="3.5" y="-1.5"' in shown and ">7<" in shown and ">pit<" in shown
-    assert "energy 5" in shown and "1 more seen" in shown and "food in 2 cells, its own too" in shown
+    assert "energy 5" in shown and "1 more seen" in shown and "food in 2 cells, also in the agent's cell" in shown
     assert shown.index('class="food-edge" x="3.5" y="-0.5"') > shown.index('class="self"'), "what it stands on is seen"
 
 

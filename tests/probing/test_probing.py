@@ -279,7 +279,7 @@ def test_a_plan_counts_the_calls_that_the_probe_then_makes(pilot: Path, tmp_path
     planned = {edit: (int(moments), conditions, int(calls)) for edit, moments, conditions, calls in rows[1:4]}
     assert planned == {edit: (calls // 4, "2", calls) for edit, calls in made.items()}
     assert made["no_fire"] < made["none"] == made["mirror"] == 80
-    assert f"at most 240 calls, fewer where an edit changes nothing; here {made.total()}" in told
+    assert f"at most 240 calls, fewer where an edit changes nothing; with these edits, calls: {made.total()}" in told
 
 
 def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
@@ -290,7 +290,7 @@ def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
     }
     avoid = rows.loc["model=scripted/avoid"]
     assert (avoid["measure"], avoid["n_pairs"], avoid["difference"]) == ("change under no_fire", 3, 0.2)
-    assert avoid["n_family"] >= 6 and "no_fire - none (model=scripted/avoid): run " in told
+    assert avoid["n_family"] >= 6 and "no_fire - none (model=scripted/avoid): play " in told
 
 
 ASKED_ONCE = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire", "moments=6", "repeats=1", "output.dir=out")

@@ -90,8 +90,8 @@ def test_a_state_of_the_world_is_drawn_and_what_is_not_there_is_told(server: Vie
     for address, told in (
         ("moment/18", "no moment 18: give a number from 0 to 17"),
         ("picture/0/9/0", "Edit '9' not found"),
-        ("moments/1", "A probe has no 'moments'"),
-        ("moment/x", "'x' must consist of whole numbers"),
+        ("moments/1", "A probe has no data at an address with 'moments' and 1 number."),
+        ("moment/x", "'x' of the address must consist of whole numbers"),
     ):
         with pytest.raises(InputError, match=told):
             resources.get(f"probe/probed/{address}")

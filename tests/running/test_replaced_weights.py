@@ -105,7 +105,7 @@ def test_a_sweep_whose_weights_changed_is_told_of_everywhere_and_mended_when_the
             "doctor", *SWEEP, "output.dir=sweep", "--no-calls", "--json", cwd=tmp_path, OLLAMA_HOST=server.url
         )
         assert examined.returncode == 3
-        assert "digest ffffffffffff, but the sweep in output.dir began with d4d4d4d4d4d4" in examined.stdout
+        assert "its digest is ffffffffffff, but the sweep in output.dir began with d4d4d4d4d4d4" in examined.stdout
         verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
         assert "steps: Model 'qwen3:4b' changed during the sweep" in verified.stdout
         assert "failed" in foundry("status", "sweep", cwd=tmp_path).stdout

@@ -27,7 +27,7 @@ def test_what_holds_and_what_does_not_is_written_as_a_page_with_the_commands_tha
     (tmp_path / "mine" / "validation").mkdir(parents=True)
     (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text(FACTS)
     done = foundry("check", "--known", "cafe_library", "--config-dir", "mine", "--write", "page.md", cwd=tmp_path)
-    assert done.returncode == 3 and "1 of 2 known results hold" in done.stdout
+    assert done.returncode == 3 and "1 of 2 results agree with their known values" in done.stdout
     written = (tmp_path / "page.md").read_text()
     assert "| idlers | idle_rate.chosen | 2 | 1 | 1 | yes |" in written
     assert "| count | outcome.n_decisions | 2 | 4 | 5 | NO |" in written

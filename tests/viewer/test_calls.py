@@ -84,4 +84,4 @@ def test_a_call_of_a_step_that_is_over_is_said_and_what_was_before_it_is_shown(f
     playing.end()
     log = CallLog(folder.stream_path("calls"))
     assert found(log, 0, 2, 3) == [(2, 0, "message"), (2, 0, "action")]
-    assert "out of order" in log.damaged and '"step":1' in log.damaged
+    assert "a lower step than the call before" in log.damaged and '"step":1' in log.damaged

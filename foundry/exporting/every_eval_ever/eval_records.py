@@ -14,6 +14,7 @@ import jsonschema
 from foundry.errors import InputError, RecordError
 from foundry.exporting.writing import ExportedCondition, Files, Mean, Measured, Scores, sampling
 from foundry.storing.store import write_atomically
+from foundry.texts import counted
 
 VERSION = "0.3.0"
 LIBRARY = "foundry-worlds"
@@ -21,12 +22,15 @@ _ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
 """The sampling parameters for which the schema has a field."""
 _UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
 LEFT_OUT = "left_out.json"
-"""The file that lists the measures without a record, with the reason."""
+"""The file that lists the measures that no record contains, with the reasons."""
 _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
-    """Return the record of a condition, with a result for each declared measure that has a value and a better end."""
+    """Return the record of a condition. Its results are the declared measures with a value and a better direction.
+
+    A measure has a better direction if high values, or low values, are better.
+    """
     made = _epoch(condition.ended)
     model = model_id(condition)
     first = condition.runs[0].summary
@@ -156,12 +160,12 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a record for each condition that has a result, and a file that lists the measures without a record."""
+    """Write a record for each condition with results, and a file that lists the measures that no record contains."""
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(
-            "No declared measure with a better direction has a value, so there is no record. Name such measures with "
-            "--family, for example outcome.readable. A probe has none."
+            "Every declared measure lacks a value or a better direction (high or low), so there is no record. Name "
+            "other measures with --family, for example outcome.readable. A probe has none."
         )
     missing = left_out(scores)
     write_atomically(folder / LEFT_OUT, _json(missing))
@@ -186,7 +190,7 @@ def check(found: dict[str, Any]) -> None:
     """Raise an error if a record does not fit the published schema."""
     error = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(_schema()).iter_errors(found))
     if error is not None:
-        raise RecordError(f"A record does not fit the schema of Every Eval Ever: {error.json_path}: {error.message}")
+        raise RecordError(f"A record does not fit the schema of Every Eval Ever at {error.json_path}: {error.message}")
 
 
 @cache
@@ -204,6 +208,7 @@ def _notes(
 ) -> Iterator[str]:
     for condition, file in zip(conditions, files, strict=True):
         if file is None:
-            yield f"{condition.label}: no record, because no declared measure with a better direction has a value"
+            yield f"{condition.label}: no record, because every declared measure lacks a value or a better direction"
     if missing:
-        yield f"{len(missing)} declared measures have no better direction and no record: {folder / LEFT_OUT}"
+        measures = counted(len(missing), "declared measure")
+        yield f"left out: {measures} for which neither high nor low is better; see {folder / LEFT_OUT}"

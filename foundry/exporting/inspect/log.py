@@ -57,7 +57,7 @@ _NO_TIME = (1980, 1, 1, 0, 0, 0)
 
 
 def events(run: ExportedRun) -> Iterator[Event]:
-    """Yield the calls of a run as events of Inspect, in the order of its log, with a span for each step.
+    """Yield the calls of a run as events of a log of Inspect, in the order of the calls; each step is a span.
 
     The time of every event is the start of the run, because the log of calls has no times.
     """
@@ -96,7 +96,7 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
-    """Return an image as it was sent; if it was not recorded, return its hash, as data and not as text for a model."""
+    """Return an image as it was sent. If it was not recorded, return its hash, as data that is not a text."""
     found = run.image(sha256)
     if found is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})

@@ -17,7 +17,7 @@ def test_it_holds_what_every_model_must_hold() -> None:
 
 
 def test_it_plays_an_episode(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its replies are read."""
+    """All replies of the model can be read."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=part_name", "output.dir=out", *SMALL, config_dir=MINE)
     assert (ran.complete, ran.failed) == (1, ())

@@ -17,6 +17,6 @@ class PartName(ScriptedModel):
         return say(None, reasoning="I keep to myself.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Go right while possible; for chance, draw only from `rng`."""
+        """Go right if possible, else stay. A policy with random choices draws them only from `rng`."""
         choice = "right" if "right" in legal_moves(observation) else "stay"
         return act(choice, reasoning="I go to the right.")

@@ -17,7 +17,7 @@ def test_it_holds_what_every_policy_must_hold() -> None:
 
 
 def test_it_goes_to_the_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every step leads to the right, or nowhere."""
+    """In every step, each agent moves to the right or stays."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=part_name", "output.dir=out", *SMALL, config_dir=MINE)
     assert ran.failed == ()

@@ -17,7 +17,7 @@ def test_it_holds_what_every_signature_must_hold() -> None:
 
 
 def test_who_always_does_the_same_has_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If every decision is the same, its share is 1."""
+    """If all decisions of a run are the same, the most frequent action has the share 1."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=scripted/stay", "output.dir=out", *SMALL, config_dir=MINE)
     table = foundry.analyze(ran.path, plots=False).runs

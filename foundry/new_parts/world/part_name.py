@@ -7,7 +7,7 @@ from foundry import Actions, Play, RoundsScenario, Table
 
 
 class PartName(RoundsScenario):
-    """A world of rounds.
+    """A game in rounds, in which agents give tokens.
 
     Description:
         In every round all agents decide at the same time how many of their tokens to give. The gifts are doubled and

@@ -16,7 +16,7 @@ def test_it_holds_what_every_world_must_hold() -> None:
 
 
 def test_who_gives_nothing_keeps_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If nobody gives, each agent keeps its tokens."""
+    """If no agent gives tokens, each agent keeps all of its tokens."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("world=part_name", "model=scripted/stay", "output.dir=out", config_dir=MINE)
     assert (ran.complete, ran.failed) == (1, ())

@@ -48,7 +48,10 @@ class AnyView(RunView):
 
     @property
     def done(self) -> int:
-        """Number of complete steps. A last step with fewer lines than the first counts only if the run has ended."""
+        """Number of complete steps.
+
+        Before the run has ended, a last step with fewer lines than the first step is not complete.
+        """
         step, count = self.steps.last
         return step if count >= self.steps.in_first or self.folder.ended else step - 1
 
@@ -92,7 +95,7 @@ class AnyView(RunView):
         }
 
     def curves(self, block: int) -> dict[str, Any]:
-        """Return the curves of a block of steps, in the order of the world's `curves`."""
+        """Return the values of all curves in a block of steps; `about_world` lists these curves in the same order."""
         first, last = self.chunk(block, MARKS_PER_BLOCK)
         return {"first": first, "last": last, "values": [one.values(first, last) for one in self._curves]}
 
@@ -131,7 +134,7 @@ class AnyView(RunView):
         return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `track`. The records are read only once."""
+        """Yield each agent with the result of `track`; this reads the records once, not once per agent."""
         personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
         for span in self._spans():
             for row in self._rows(*span):
@@ -140,13 +143,16 @@ class AnyView(RunView):
             yield agent, {"persona": personas.get(agent, {}), "marks": mine}
 
     def stream(self, number: int, chunk: int) -> dict[str, Any]:
-        """Return the lines of another record file in a chunk of steps, or its first lines if they have no step."""
+        """Return the lines of a further record file for a chunk of steps; without steps, return its first lines."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         rows = self._streams[number].rows(first, last) if number < len(self._streams) else []
         return {"first": first, "last": last, "rows": rows}
 
     def pictures(self) -> dict[str, Any]:
-        """Return which steps have stored pictures, why no others can be drawn, and whether pictures show only lanes."""
+        """Return the steps with stored pictures, why others cannot be drawn, and whether pictures have only lanes.
+
+        A lane is the row of one agent, with a mark for each decision.
+        """
         return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
 
     def picture(self, step: int) -> Resource:
@@ -154,9 +160,9 @@ class AnyView(RunView):
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the parts of an export: lanes, curves, streams, and pictures that are drawn quickly.
+        """Yield the parts of an export: lanes, curves, further record files, and pictures if drawing them is quick.
 
-        A part that only the form has is yielded for every agent, or for every combination of agents.
+        A part that only this form has is yielded for every agent, or for every combination of agents.
         """
         for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
             yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))

@@ -22,7 +22,7 @@ _ONE_AT_A_TIME = threading.Lock()  # most worlds cannot draw in two threads at o
 
 
 class Drawing:
-    """Returns pictures of a run, stored or redrawn. Its records stay in memory until the run grows."""
+    """Returns pictures of a run, stored or redrawn. The run's records stay in memory until the run grows."""
 
     def __init__(self, folder: RunFolder, trusted: Sequence[str]) -> None:
         self._folder = folder
@@ -43,7 +43,7 @@ class Drawing:
         return ""
 
     def shows_lanes(self) -> bool:
-        """Return whether pictures show only lanes, which the page draws itself; False if the world may not be built."""
+        """Return whether pictures only show one row per agent, which the page draws itself; False if unknown."""
         try:
             with _ONE_AT_A_TIME:
                 return self._redrawing()[1].shows_lanes
@@ -56,7 +56,10 @@ class Drawing:
         return self._drawn(step) if kept is None else kept
 
     def cheap(self, last: int) -> tuple[list[int], str]:
-        """Return the steps whose pictures an export contains, and the reason why it lacks others; "" if it has all."""
+        """Return the steps whose pictures an export contains, and the reason why other steps lack pictures.
+
+        The reason is "" if no step lacks a picture.
+        """
         kept = self.kept()
         missing = sorted({*range(last + 1)}.difference(kept))
         try:
@@ -71,7 +74,7 @@ class Drawing:
         )
 
     def _took_s(self, steps: Sequence[int]) -> float:
-        """Estimate the seconds to draw the steps. It times the second picture, because the first one loads data."""
+        """Estimate the seconds to draw the steps. Only the second picture is timed, since the first one loads data."""
         started = 0.0
         for step in steps[:2]:
             started = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Further record files of a world, for tables and curves."""
+"""The record files of a run that only its world has, for tables and curves."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -34,11 +34,11 @@ class OwnStream:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Its description for the page."""
+        """The description of the file that the page gets."""
         return {"name": self.name, "keys": self.keys, "by_step": self.by_step}
 
     def rows(self, first: int, last: int) -> list[msgspec.Raw]:
-        """Return the raw lines of these steps; if its lines have no step, the first lines of the file."""
+        """Return the raw lines of these steps; if the lines of the file have no step, the first lines of the file."""
         if not self.by_step:
             head = _head(self.lines)
             return raw(head[: head.rfind(b"\n") + 1].splitlines())
@@ -47,7 +47,7 @@ class OwnStream:
 
 
 def streams_of(folder: RunFolder) -> tuple[OwnStream, ...]:
-    """Return the record files of a run other than the steps: those that are declared or have content."""
+    """Return the further record files of a run; a file without declared keys is left out while it is empty."""
     found = (_stream(folder, name) for name in folder.streams if name not in _SHOWN_ELSEWHERE)
     return tuple(one for one in found if one.keys or _head(one.lines))
 
@@ -76,7 +76,7 @@ _READ = msgspec.json.Decoder(dict[str, Any]).decode_lines
 
 @dataclass(frozen=True)
 class Curves:
-    """Numbers over time that are drawn on one scale: those of a record file, or one number of the decisions.
+    """Numbers over time that share one scale: all numbers of a further record file, or one number of `steps.jsonl`.
 
     Attributes:
         name: name of the file or of the number.
@@ -89,7 +89,7 @@ class Curves:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Its description for the page."""
+        """The description of the curves that the page gets."""
         return {"name": self.name, "keys": self.keys}
 
     def values(self, first: int, last: int) -> list[dict[str, list[float | None]]]:
@@ -104,7 +104,7 @@ class Curves:
 
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:
-    """Return the curves of a run: first the numbers of each other file, then the numbers of the decisions."""
+    """Return the curves of a run: first one for each further record file, then one for each number of the decisions."""
     files = ((one.name, _numbers(declared.streams.get(one.name, {})), one.lines) for one in streams if one.by_step)
     of_files = [Curves(name, keys, lines) for name, keys, lines in files if keys]
     own = (key for key in _numbers(declared.streams.get("steps", {})) if key not in _COMMON)

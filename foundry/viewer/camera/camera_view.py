@@ -61,7 +61,10 @@ class CameraView(RunView):
             raise InputError(f"The scene cannot be stored in the sweep's folder: {error}") from error
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the scene, the plan and the sights; the scene is empty if its files are missing."""
+        """Yield the 3D scene, its floor plan, and where the pictures show the target.
+
+        The scene is empty if its files are missing.
+        """
         try:
             yield "scene", self.scene()
         except InputError:
@@ -80,7 +83,7 @@ class CameraView(RunView):
         return {"first": first, "last": last, **told}
 
     def plan(self) -> Resource:
-        """Return the floor plan of the scene, which has no walls before the run begins; a plan with walls is cached."""
+        """Return the floor plan of the scene. A plan with walls is stored; before the run begins, it has no walls."""
         from foundry.viewer.camera.scene_export import digest, keep
 
         episode = self._episode()
@@ -136,7 +139,7 @@ class CameraView(RunView):
         return self.steps.read(first, last).splitlines()
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return, for each step, whether it was undecided, repaired, stopped by a boundary, or at the goal."""
+        """Return four marks of each decision: undecided, repaired, stopped by a boundary, at the goal."""
         rows = self._rows(first, last)
         return {
             "undecided": [int(row.outcome in UNDECIDED) for row in rows],
@@ -170,7 +173,7 @@ class CameraView(RunView):
         }
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the one agent's track."""
+        """Yield the track of the only agent."""
         yield 0, self.track(0)
 
     def _rows(self, first: int, last: int) -> Sequence[CameraStep]:

@@ -1,12 +1,12 @@
 """Converts a run's scene to GLB (binary glTF 2.0), for the 3D part of the viewer.
 
-The file shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours include the
-light, so the page adds no light (`KHR_materials_unlit`). The file also contains the agent's eye, as a glTF camera at
-its height above the foot. The `extras` of the camera's node hold the body's height. `extras.targets` of the root node
-are boxes around the prims that can be targets, in metres, Z up.
+The file shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours were computed
+with the light, so the page needs no lamp (`KHR_materials_unlit`). The file also contains a glTF camera at the height of
+the agent's eye above its feet. `extras.body_height` of the camera's node is the height of the agent's body, in metres.
+`extras.targets` of the root node are boxes around the objects that can be targets, in metres, Z up.
 
-foundry writes the format itself: GLB libraries leave the packing of buffers to their caller, or cannot write unlit
-materials. The format is just a header, a JSON text and one block of bytes.
+foundry writes the format itself, because it is just a header, a JSON text and one block of bytes. GLB libraries do not
+pack the bytes, or cannot write materials without light.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
 
 
 def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[str, list[list[float]]]:
-    """Return the lowest and the highest corner of each mesh that can be a target, by its path, metres."""
+    """Return the box around each mesh that can be a target, as its lowest and highest corner in metres, by path."""
     from foundry.worlds.camera.surroundings import is_below
 
     patterns = [pattern for target in targets for pattern in target["prims"]]
@@ -108,7 +108,7 @@ def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[st
 def _to_glb(
     scene: Scene, camera: Mapping[str, Any], body: Mapping[str, Any], targets: Mapping[str, list[list[float]]]
 ) -> bytes:
-    """Return a scene and the agent's eye as GLB, given settings of its world and boxes of possible targets by path."""
+    """Return a scene and the agent's eye as GLB, from the world's settings and the boxes around possible targets."""
     from foundry.worlds.camera.eye.rendering import batches
 
     file = _File()
@@ -140,7 +140,7 @@ class _File:
         return len(array) - 1
 
     def mesh(self, batch: Sequence[SceneMesh]) -> int:
-        """Add meshes with equal look as one mesh."""
+        """Join meshes that have the same texture and opacity, and add them as one mesh."""
         corners = _corners(batch)
         attributes = {
             "POSITION": self._accessor(corners.points, _FLOAT, "VEC3", _VERTICES, bounded=True),
@@ -257,7 +257,7 @@ def _has_holes(pixels: UInt8Array) -> bool:
 
 
 def _encoded(pixels: UInt8Array) -> tuple[str, bytes]:
-    """Return the media type and content of a texture, as PNG or JPEG, whichever is possible and smaller."""
+    """Return the media type and content of a texture: the smaller one of PNG and JPEG, or PNG if it has holes."""
     holes = _has_holes(pixels)
     picture = Image.fromarray(pixels).convert("RGBA" if holes else "RGB")
     picture.thumbnail((LARGEST_PX, LARGEST_PX))

@@ -33,7 +33,7 @@ class Sights:
             self._why = str(error)
 
     def told(self, rows: Iterable[CameraStep]) -> dict[str, Any]:
-        """Return the target, the reason why it cannot be marked (or ""), and one sight per decision.
+        """Return the target, why it cannot be marked ("" if it can), and where the picture of each decision shows it.
 
         `foundry/viewer/README.md` lists the keys.
         """
@@ -74,7 +74,7 @@ def _pointer(run_config: Mapping[str, Any], episode: CameraEpisode) -> Pointer |
 
 
 def _claimed(reply: str, target: str) -> bool | None:
-    """Return whether a reply claims to see the target, by the rule of the analysis; None if the rule cannot say."""
+    """Return whether a reply claims to see the target, judged as in the analysis; None if this cannot be judged."""
     if not target or not reply.strip():
         return None
     from analysis.camera.sight_rule import claims_to_see

@@ -24,7 +24,12 @@ class News:
         self._told: set[int] = set()
 
     def take(self, rows: Iterable[GridStep], deliveries: Sequence[tuple[int, int]]) -> None:
-        """Add a step: its records, and the sender and recipient of each message with the news."""
+        """Add a step.
+
+        Args:
+            rows: the records of the step.
+            deliveries: sender and recipient of each message that counts as news of a fire.
+        """
         for row in rows:
             self._seen.add(row.agent)
             if row.fires:
@@ -34,7 +39,7 @@ class News:
 
     @property
     def reach(self) -> float | None:
-        """Share of agents that were told before they perceived a fire, of those that did not perceive one first.
+        """Share of agents that a message told of a fire. Agents that perceived a fire first do not count.
 
         None if there are no such agents.
         """
@@ -59,7 +64,7 @@ THERE = "present (agents)"
 
 
 class GridByStep:
-    """A list of values by step for each of several numbers; steps are added in order, as values depend on earlier ones.
+    """Numbers of a run, each with one value per step. Steps must be added in order: values depend on earlier steps.
 
     - WARNED: agents that a warning told of a fire before they perceived one / agents so far that did not perceive one
       first. The warning must go back to an agent that had perceived the fire. After the last step it equals

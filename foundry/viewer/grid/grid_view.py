@@ -15,9 +15,9 @@ from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
 DEEDS = ("gather", "share", "attack", "reproduce")
-"""The further actions of agents in a world with energy."""
+"""The actions besides moves that agents have in a world with energy."""
 SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
-"""The bits of `flags` say whether an agent spoke, moved, perceived a fire, or was absent."""
+"""The bits of the number `flags`: the agent spoke, moved, perceived a fire, was absent."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}
@@ -50,7 +50,7 @@ class _Grid(msgspec.Struct):
 
 
 class _Cell(msgspec.Struct):
-    """A line of `burning.jsonl` or `food.jsonl`: a cell that catches fire, or its amount of food."""
+    """A line of `burning.jsonl` (a cell that catches fire) or of `food.jsonl` (a cell with its amount of food)."""
 
     step: int
     x: int
@@ -139,7 +139,7 @@ class GridView(RunView):
         }
 
     def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
-        """Return x, y and amount of each changed cell: a list for all steps up to the first, then one for each step."""
+        """Return x, y and amount of the changed cells by step; the first list has all changes before step `first`."""
         lines.grow()
         found: list[list[int]] = [[] for _ in range(first, last + 2)]
         for one in lines_of(lines.read(0, last), _Cell, lines.path):
@@ -172,7 +172,7 @@ class GridView(RunView):
             yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the numbers of `GridByStep` for the given steps."""
+        """Return the numbers that `GridByStep` lists, for the given steps."""
         found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
         self._by_step = found
         while (known := found.done) < last:
@@ -191,7 +191,7 @@ class GridView(RunView):
         return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `track`, but read the files only once."""
+        """Yield each agent with the result of `track`; this reads the records once, not once per agent."""
         rows: list[list[GridStep]] = [[] for _ in range(self.agents)]
         for first in self._firsts():
             for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):
@@ -204,7 +204,7 @@ class GridView(RunView):
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
-        """Return an agent's path by step: its first cell before it arrives, its last cell after it is gone."""
+        """Return an agent's path by step. Before it arrives, it is at its first cell; once gone, at its last cell."""
         final = rows[-1:]
         before = [rows[0].x, rows[0].y] if rows else [0, 0]
         early, late = (rows[0].step - 1, self.done - rows[-1].step) if rows else (0, self.done)
@@ -223,7 +223,7 @@ class GridView(RunView):
         }
 
     def _rows(self, first: int, last: int) -> Sequence[GridStep]:
-        """Return the records of the given steps, sorted by step and agent; absent agents have none.
+        """Return the records of the given steps, sorted by step and agent. An absent agent has no record in a step.
 
         Raises:
             RecordError: there is not one record per step and agent.

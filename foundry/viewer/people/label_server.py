@@ -12,10 +12,10 @@ from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 
 
 class Desk(Protocol):
-    """A queue of texts to label. Each method returns the progress of the person, or raises InputError."""
+    """Gives each person texts to label, one by one. Each method returns the person's progress, or raises InputError."""
 
     def place(self, person: str) -> Any:
-        """Return the next text of a person."""
+        """Return the text that a person labels next."""
 
     def label(self, person: str, item: str, label: str) -> Any:
         """Take the label that a person gives to a text."""

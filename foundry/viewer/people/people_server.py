@@ -14,17 +14,17 @@ from foundry.viewer.people.private import PrivateHandler, PrivateServer, read
 PATIENCE_S = 20.0
 """Time after which a waiting request of the page gets the present state, seconds."""
 FAREWELL_S = 1.0
-"""Time that an open page has to ask for the state after the end, seconds."""
+"""Seconds for which the server waits after a session, so that an open page can get the final state."""
 
 
 class Desk(Protocol):
-    """A queue of questions."""
+    """Gives the person questions, one by one."""
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Any:
-        """Return the state as soon as its `version` is above `after`, at the latest after `patience_s` seconds."""
+        """Return the state once its `version` is above `after`. After `patience_s` seconds, return it in any case."""
 
     def agree(self) -> None:
-        """Start to show questions."""
+        """Record that the person has agreed, and show the first question."""
 
     def answer(self, number: int, text: str) -> None:
         """Take the answer to the question on display; raise InputError if it answers another question."""
@@ -74,11 +74,11 @@ class PeopleServer(PrivateServer):
         return {**msgspec.to_builtins(self.desk.standing(after, PATIENCE_S)), "told": self.told, "far": self._far()}
 
     def end_told(self) -> None:
-        """Record that the page has shown the end."""
+        """Record that the page knows that the session is over."""
         self._ended.set()
 
     def farewell(self) -> None:
-        """Wait a moment until an open page has shown the end."""
+        """Wait up to a second, until an open page knows that the session is over."""
         if self._opened:
             self._ended.wait(FAREWELL_S)
 

@@ -16,7 +16,7 @@ from foundry.viewer.http import LOOPBACK, PageHandler, PageServer
 from foundry.viewer.run_view import JSON, Resource
 
 SHARED = ("style.css", "dom.js", "icon.svg")
-"""Files that these pages share with the viewer's page."""
+"""Files of the viewer's page that the pages for people use too."""
 PAGE = Path(__file__).resolve().parent / "page"
 LONGEST = 1 << 20
 """Maximum size of an answer, bytes."""

@@ -9,11 +9,12 @@ import msgspec
 from foundry.errors import InputError
 from foundry.probing.seen import Seen, SeenProbe
 from foundry.storing.store import SweepFolder
+from foundry.texts import counted
 from foundry.viewer.files import static_file
 from foundry.viewer.run_view import BINARY, Resource
 
 EXPORTED_S = 60.0
-"""Time after which an export draws no further states of worlds, seconds. It always has the images that agents saw."""
+"""Maximum time for drawing states of worlds in an export, seconds; images that agents saw are always exported."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
@@ -25,7 +26,7 @@ class ProbeView:
         self._lock = threading.Lock()
 
     def get(self, what: str, numbers: Sequence[int]) -> Resource:
-        """Return the resource at an address below the probe (see `foundry/viewer/README.md`), or raise InputError."""
+        """Return a resource of the probe, or raise InputError. `foundry/viewer/README.md` lists the addresses."""
         with self._lock:
             if what == "moments" and not numbers:
                 return Resource(_ENCODE(self._probe.overview()))
@@ -33,7 +34,7 @@ class ProbeView:
                 return _told(self._probe.seen(numbers[0]))
             if what == "picture" and len(numbers) == 3:
                 return Resource(self._probe.picture(*numbers), BINARY)
-        raise InputError(f"A probe has no '{what}' with {len(numbers)} numbers.")
+        raise InputError(f"A probe has no data at an address with '{what}' and {counted(len(numbers), 'number')}.")
 
     def place(self, number: int) -> tuple[str, int, int]:
         """Return the run, the step and the agent of a moment, or raise InputError if there is no such moment."""
@@ -41,7 +42,7 @@ class ProbeView:
         return moment.run, moment.step, moment.agent
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the addresses below the probe with their resources, until drawing states of worlds takes too long."""
+        """Yield the addresses and contents of all resources; after `EXPORTED_S`, no more states of worlds are drawn."""
         yield "moments", self.get("moments", ())
         begun = time.monotonic()
         for number in range(len(self._probe.moments.moments)):

@@ -22,8 +22,8 @@
    * @param form.needs further scripts from this page's own folder, in the order of loading
    * @param form.page(data, {step, agent}) returns the page of a run: `element`, `clock`, `dispose()`
    * @param form.panel(data, {onPick}) returns the panel of a run on the page that compares runs: `element`,
-   *   `draw(step, share)`, which returns whether the records of the step are loaded, `select(agent)`, `label(name)`, and
-   *   optionally `dispose()`
+   *   `draw(step, share)`, `select(agent)`, `label(name)`, and optionally `dispose()`; `draw` returns whether the records
+   *   of the step are loaded
    * @param form.overlay(runs, {names, looks, onPick}) optional; returns a panel with all runs in one picture and with a
    *   `box`, or null
    * @param form.arranged(panels, looks) optional; returns an element that contains the panels of the compared runs

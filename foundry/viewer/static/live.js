@@ -55,7 +55,7 @@
         this.take(await foundry.source.json(`sweep/${this.sweep}/underway`));
       } catch (error) {
         if (!this.looks.length) throw error;
-        fill(this.facts, h("p", {class: "warning"}, `No news from the server: ${error.message}`));
+        fill(this.facts, h("p", {class: "warning"}, `The server does not answer: ${error.message}`));
       }
       setTimeout(() => this.disposed || this.look(), POLL_MS);
     }

@@ -6,7 +6,7 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or forward"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
     ["+ −", "faster or slower"], ["E", "next event", "events"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
-    ["B", "next stopped or shortened move", "boundary"], ["Shift + letter", "back to the previous one"], ["[ ]", "previous or next agent", "agents"],
+    ["B", "next stopped or shortened move", "boundary"], ["Shift + letter", "back to the previous event, message or move"], ["[ ]", "previous or next agent", "agents"],
     ["Esc", "choose no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "write a note on this moment", "notes"]] : [],
   ];
   const TOLD = 3;

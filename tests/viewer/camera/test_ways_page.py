@@ -128,7 +128,7 @@ def test_from_a_file_the_target_is_boxed_where_it_is_seen_and_pointed_at_where_i
     page.uncheck(".marking input")
     assert marked(page, GREEN) is None
     go(page, exported, f"run/{rooms.path.name}/{behind.id}")
-    page.wait_for_selector(".read >> text=claims to see it, but it is not in view")
+    page.wait_for_selector(".read >> text=claims to see the target, but the target is not in view")
     assert marked(page, AMBER) is not None and marked(page, GREEN) is None
 
 

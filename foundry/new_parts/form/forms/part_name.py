@@ -1,4 +1,4 @@
-"""The form part_name: its events and its page. Leave out what you do not need."""
+"""The form part_name: its events and its page. Delete the functions that you do not need."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,15 +8,15 @@ from foundry import AnyRun, AnyView, Event, FormAnalysis, FormView
 
 
 def events(run: AnyRun) -> Iterator[Event]:
-    """Yield the events for the timeline: here the first step."""
+    """Yield the events for the timeline; this example has one event, in the first step."""
     yield Event(1, None, "opened", "the first evening")
 
 
 class PartNameView(AnyView):
-    """Reads a run for the page."""
+    """Gives the page the data of a run of this form."""
 
     def neighbours(self, agent: int) -> dict[str, Any]:
-        """Return the neighbours of an agent; the page requests `neighbours/<agent>`, and an export contains it."""
+        """Return the two agents beside an agent. The page requests them at the address `neighbours/<agent>`."""
         return {"neighbours": [(agent - 1) % self.agents, (agent + 1) % self.agents]}
 
     parts = {**AnyView.parts, ("neighbours", 1): neighbours}

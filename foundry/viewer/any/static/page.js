@@ -70,8 +70,8 @@
   }
 
   /**
-   * The page of a run. A form may extend it: `stage()` returns the elements beside the inspector, `drawStep(step, share)` is
-   * called when the clock moves, and `chosen()` when the user chooses another agent.
+   * The page of a run. A form may extend it with three methods. `stage()` returns the elements beside the inspector. The
+   * page calls `drawStep(step, share)` when the clock moves, and `chosen()` when the user chooses another agent.
    */
   class AnyPage {
     constructor(data, wanted) {

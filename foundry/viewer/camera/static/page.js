@@ -4,7 +4,7 @@
   const {h, fill, badge, quote, number} = foundry.dom;
 
   const LISTED = 8;
-  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "zoom in, zoom out, show everything"], ["V", "image and plan, or the whole scene"]];
+  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "zoom in, zoom out, show everything"], ["V", "switch between image with plan and whole scene"]];
   const TABS = ["Image and plan", "Whole scene"];
 
   function pose(value) {

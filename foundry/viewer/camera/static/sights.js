@@ -47,8 +47,8 @@
     if (!target || record.question) return found;
     found.push(h("span", {class: "line place"}, `${target}: ${place(record, sight)}`));
     const untrue = sight?.claimed && !record.target_visible_px;
-    if (sight?.claimed) found.push(line(h("b", {class: untrue ? "tone-bad" : null}, "claims to see it", untrue ? ", but it is not in view" : "")));
-    else if (sight?.claimed === false) found.push(line("does not claim to see it"));
+    if (sight?.claimed) found.push(line(h("b", {class: untrue ? "tone-bad" : null}, "claims to see the target", untrue ? ", but the target is not in view" : "")));
+    else if (sight?.claimed === false) found.push(line("does not claim to see the target"));
     return found;
   }
 

@@ -182,7 +182,7 @@
     const marks = [["agent", "●", "agent, with its number if there is room"], ["bad", "■", "agent whose reply could not be read"], ["mended", "◆", "agent whose reply was repaired"],
       fires ? ["fire", "◯", "inner ring: perceives a fire"] : null, ["talk", "◯", "outer ring: said something"],
       ["select", "◯", "outermost ring: chosen agent"], ["select", "─", "its path; pale: later steps"],
-      ["link", "─", "can talk to each other"], ["talk", "─", "a message was delivered"], ["talk", "▬", "a message on its way"],
+      ["link", "─", "can talk to each other"], ["talk", "─", "a message was delivered"], ["talk", "▬", "a message between sender and recipient"],
       fires ? ["fire", "⬤", "flame: a fire; outline: the area in which agents perceive it, dashed before it starts"] : null,
       about.places.length ? ["place", "▭", "place: number of agents and capacity, also as a bar; red above the capacity"] : null,
       (about.walls || []).length ? ["soft", "■", "wall"] : null, (about.exits || []).length ? ["talk", "■", "exit"] : null,

@@ -44,7 +44,7 @@
   function decisionView(decision) {
     const {record, earlier, calls} = decision;
     return [
-      decision.received.length + decision.before.length ? told(decision) : h("p", {class: "note"}, `Heard nothing from step ${decision.since} on.`), thought([["Why it said so", record.message_reasoning], ["Why it acted so", record.reasoning]], calls),
+      decision.received.length + decision.before.length ? told(decision) : h("p", {class: "note"}, `The agent received no messages since step ${decision.since}.`), thought([["Why it said so", record.message_reasoning], ["Why it acted so", record.reasoning]], calls),
       h("h4", {}, "Did"), facts([
         ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
         ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],

@@ -36,7 +36,7 @@
       ...(seen.burning || []).map(([x, y]) => cell({x, y}, "burning"))];
     const self = [s("circle", {class: "self", cx: seen.x, cy: -seen.y, r: 1.2}), text(seen.x, seen.y - 0.45, seen.agent, "id")];
     const also = [`at ${number(seen.x)}, ${number(seen.y)}`, `${(seen.neighbours || []).length} near`, ...(seen.seen ? [`${far.length / 2} more seen`] : []), `${(seen.fires || []).length} fires`,
-      ...(seen.energy == null ? [] : [`energy ${number(seen.energy)}`, `food in ${food.length} cells${here ? ", its own too" : ""}`]), `${(seen.received || []).length} messages`];
+      ...(seen.energy == null ? [] : [`energy ${number(seen.energy)}`, `food in ${food.length} cells${here ? ", also in the agent's cell" : ""}`]), `${(seen.received || []).length} messages`];
     return h("div", {class: "map"}, s("svg", {viewBox: `${-size} ${-size} ${2 * size} ${2 * size}`, role: "img", "aria-label": `${told}: ${also.join(", ")}`},
       s("rect", {class: "field", x: -size + 0.5, y: -size + 0.5, width: 2 * size - 1, height: 2 * size - 1}), ...ground, ...zones, ...places, ...fires, ...far, ...others, ...self, ...food.map((one) => cell(one, "food-edge"))));
   };

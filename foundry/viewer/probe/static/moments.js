@@ -150,7 +150,7 @@
         await this.load();
         if (this.probe.missing !== before) this.update(this.moment && this.probe.moments[this.moment.index]);
       } catch (error) {
-        fill(this.state, h("p", {class: "warning"}, `No news from the server: ${error.message}`));
+        fill(this.state, h("p", {class: "warning"}, `The server does not answer: ${error.message}`));
       }
       this.later();
     }

@@ -127,10 +127,10 @@
       const {groups, columns} = this.found, world = columns.indexOf("world"), size = (name) => this.found.findings.findIndex((one) => one.measure === name) >>> 0; // none: last
       const own = row.groups.map((group) => groups.findIndex((one) => !one.baseline && JSON.stringify(one.values) === JSON.stringify(group))).filter((place) => place >= 0);
       const shown = measures.filter((name) => own.some((place) => groups[place].measures[name])).sort((a, b) => size(a) - size(b));
-      if (!shown.length) return h("p", {class: "note"}, `${row.name}: analyse the sweep to see its measures.`);
+      if (!shown.length) return h("p", {class: "note"}, `There are no measures of ${row.name} yet. To see measures, analyse the sweep.`);
       const title = (place) => (world < 0 ? "mean and seeds" : groups[place].values[world]);
       return h("div", {class: "table-box strips", tabindex: "0", role: "region", "aria-label": `Measures of ${row.name}`}, h("table", {class: "runs"},
-        h("caption", {class: "note"}, `${row.name}: the mean (dot), its interval (bar) and each seed (stroke), on the scale of all groups in the same world.`),
+        h("caption", {class: "note"}, `${row.name}. Dot: mean. Bar: interval of the mean. Strokes: the seeds. All groups in the same world have the same scale.`),
         h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "measure"), own.map((place) => h("th", {scope: "col"}, title(place))))),
         h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(name)}, this.labels.get(name) || null, h("small", {}, breakable(name)))),
           own.map((place) => this.strip(place, name, values.get(name) || [], row.model)))))));

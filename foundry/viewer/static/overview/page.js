@@ -170,7 +170,7 @@
           await this.load();
         } catch (error) {
           if (!this.isOpen()) return;
-          fill(this.state, h("p", {class: "warning"}, `No news from the server: ${error.message}`));
+          fill(this.state, h("p", {class: "warning"}, `The server does not answer: ${error.message}`));
         }
         this.later();
       }, this.isOpen() ? POLL_MS : IDLE_MS);
