@@ -1,4 +1,4 @@
-"""Makes the sweep of baselines: scripted policies in the same worlds, with which models are compared."""
+"""Makes the sweep of baselines: scripted policies that play the models' worlds, for comparison with the models."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -17,19 +17,19 @@ from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")
-"""Policies that ignore what they see; a world uses the first that can act in it."""
+"""Policies that ignore their observations; the baselines of a world contain the first that can act in it."""
 BOUNDS = ("scripted/stay", "scripted/oracle")
-"""The policy that does nothing, and the oracle; a world uses each that can act in it."""
+"""The policy that does nothing, and the oracle; the baselines of a world contain each that can act in it."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
 def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -> Sweep:
-    """Return the sweep of baselines, which play every world of a sweep with all seeds that the world has there.
+    """Return a sweep in which baselines play each world of the given sweep, with the seeds of this world.
 
     Scripted policies read no prompt, so each world gets only its first prompt of the sweep. A policy that the sweep
     itself compares is left out, since it already has runs. A world may name its baselines (`baselines`). Otherwise they
-    are one of `NULLS`, and all of `BOUNDS` that can act in it. The policies with which a world's score is compared are
-    always included.
+    are the first of `NULLS` and all of `BOUNDS` that can act in it. The policies with which a world's score is compared
+    are always included.
     """
     check_own_names(own_code.own_folders())
     worlds: dict[str, list[Condition]] = {}
@@ -42,7 +42,7 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
 
 @dataclass(frozen=True)
 class Stage:
-    """A world for which baselines are chosen, with the seed of one of its runs."""
+    """Tests which policies can be baselines of a world, with an episode of one seed."""
 
     scenario: Scenario
     seed: int

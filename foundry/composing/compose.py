@@ -19,9 +19,9 @@ from foundry.naming import format_of
 from foundry.texts import one_line
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
-"""The keys that belong to a condition; the other keys say where and how it runs."""
+"""Keys of a composed configuration that define a condition; the other keys say where and how to run."""
 _TAKEN_UP = ("seed", "schema")
-"""Keys that are no settings themselves: other parts refer to them, or they multiply runs."""
+"""Keys that end up elsewhere: each value of `seed` becomes a run, and models contain the `schema`."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
@@ -30,7 +30,7 @@ _INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
 
 @dataclass(frozen=True)
 class Composed:
-    """The result of composing a command line.
+    """The conditions and settings that a command line asks for.
 
     Attributes:
         asked: the command line, with the choices of the user's own defaults that apply; `sweep.yaml` records it.
@@ -61,7 +61,7 @@ class Composed:
 
     @property
     def multirun(self) -> str:
-        """The configuration that Hydra composed first, as YAML."""
+        """Hydra's configuration for the first condition, as YAML with unresolved references."""
         from omegaconf import OmegaConf
 
         return OmegaConf.to_yaml(self.first, resolve=False)
@@ -135,7 +135,7 @@ def _existing_folders(argv: Sequence[str]) -> list[Path]:
 
 
 def _check_groups(argv: Sequence[str]) -> None:
-    """Reject the choice of an option that is no name, such as `world=7`: Hydra would print a traceback."""
+    """Reject an option whose name is no text, as in `world=7`; Hydra would print a traceback."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.core.override_parser.types import Override, QuotedString, Transformer
 
@@ -205,7 +205,7 @@ def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def _conditions(point: Point, config: dict[str, Any], keys: Sequence[str]) -> list[Condition]:
-    """Return one condition with all seeds; or one for each seed, if the configuration refers to the seed."""
+    """Return one condition with all seeds; if settings depend on the seed (`${seed}`), one condition per seed."""
     check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (point.seeds or [config["seed"]]))
     if config["sampling_seed"] is not None:
@@ -293,7 +293,7 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
 
 
 def _open_setting(key: str) -> InputError:
-    """Return the error for a setting without a value; for a model, the text after the backend may give it."""
+    """Return the error for a setting without a value, such as `model.served`, which `model=openai/NAME` gives."""
     group, _, name = key.rpartition(".")
     way = f"write {group}=<backend>/<{name}>, or" if group == "model" else "give it a value:"
     return InputError(f"{key} has no value: {way} {key}=...")
@@ -312,7 +312,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return the error for a setting that no condition has, or only some, with the settings that exist there."""
+    """Return the error for a setting that some or all conditions lack."""
     groups = _shipped_groups()
     keys = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [
@@ -337,12 +337,12 @@ def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str
     having = next(one for one in configs if key in _siblings(one, key))
     return InputError(
         f"{role.capitalize()} '{config[role]['name']}' has no setting '{key}', which {role} '{having[role]['name']}' "
-        f"has. Run them in two commands, or leave the setting out."
+        f"has. Run the two in separate commands, or leave the setting out."
     )
 
 
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the settings at the level of a missing setting, such as `world.agents` for `world.agent`."""
+    """Return the existing settings beside a missing one, such as `world.agents` beside `world.agent`."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

@@ -1,7 +1,7 @@
 """A user's own defaults: the parts of a run that the command line does not name, and where and how it runs.
 
-Defaults for the primary configuration (`conf/config.yaml`) are written into a copy of it. So a named sweep, the choices
-of a world and the command line replace them. Defaults for runners and servers are set in the composed configuration.
+These defaults are written into a copy of the primary configuration (`conf/config.yaml`). So a named sweep, a world's
+file and the command line can override them. Defaults for runners and servers are set after Hydra has composed.
 """
 
 from collections.abc import Iterator, Mapping, Sequence, Set
@@ -33,12 +33,12 @@ class Defaults:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def without_servers(self) -> "Defaults":
-        """Return the defaults without settings of servers, since a recorded model is asked where it was."""
+        """Return the defaults without settings of servers, since a recorded model keeps its recorded server."""
         settings = {key: value for key, value in self.settings.items() if not key.startswith(f"{_SERVER}.")}
         return Defaults(self.choices, settings)
 
     def primary(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the content of the primary configuration with these defaults in it."""
+        """Return the content of the primary configuration, in which these defaults replace the shipped ones."""
         own = deepcopy(dict(content))
         for entry in own["defaults"]:
             if isinstance(entry, dict):
@@ -66,7 +66,7 @@ class Defaults:
         return own
 
     def chosen(self, given: Set[str], choices: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
-        """Return the choices that nothing replaced, as overrides, as if the user had typed them."""
+        """Return the choices that no sweep or command line replaced, as overrides (`group=option`)."""
         return tuple(
             f"{group}={option}"
             for group, option in self.choices.items()
@@ -74,9 +74,9 @@ class Defaults:
         )
 
     def hint(self, error: str) -> str:
-        """Return a sentence that names the user's file if an error concerns an option in it; else an empty text."""
+        """Return a sentence that names the user's file if an error quotes an option from it; else ""."""
         named = any(f"'{group}/{option}'" in error for group, option in self.choices.items())
-        return f" It is named in {paths.user_config_file()}." if named else ""
+        return f" Your defaults in {paths.user_config_file()} choose it." if named else ""
 
 
 def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -126,7 +126,7 @@ def _known() -> tuple[set[str], set[str]]:
 
 
 def resolved(found: Any, file: Path) -> dict[str, Any]:
-    """Return the settings of a file, with references to the environment resolved."""
+    """Return the settings of a file, with references such as `${oc.env:HOME}` replaced by their values."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 

@@ -1,4 +1,4 @@
-"""Finds out by canary calls which weights answer, if a server reports no digest and its weights changed before."""
+"""Identifies a server's weights by canary calls, if it reports no digest and had other weights before."""
 
 import asyncio
 import contextlib
@@ -16,10 +16,10 @@ from foundry.storing.store import SweepFolder
 
 
 def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask: bool = True) -> dict[str, ModelInfo]:
-    """Return the facts about each model; if its server reports no digest, with the digest of the weights that answer.
+    """Return the facts about each model. If its server reports no digest, foundry adds one for the present weights.
 
-    If only one set of weights is known for the name, this makes no calls; the first call of the sweep checks the
-    canary. If several sets are known, each with its own keys of answers, the canary says which set answers now.
+    If only one set of weights is known for the model's name, this makes no calls; the first call of the sweep checks
+    the canary. If several sets are known, each with its own keys of answers, the canary says which set answers now.
 
     Args:
         sweep: the sweep.
@@ -34,7 +34,7 @@ def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask:
 
 
 def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) -> None:
-    """Store the weights with which a sweep began, as its runs recorded them, in a cache that does not know them."""
+    """Add the weights with which a sweep began, from its records, to a cache that does not know these weights."""
     for model, digest, known in _measured(folder.sweep, infos, open_answers, cache):
         if digest not in known.all():
             summaries = (run.summary() for run in SweepFolder.open(folder.path).runs())
@@ -66,7 +66,7 @@ def _with_digests(info: ModelInfo, digests: Mapping[str, str]) -> ModelInfo:
 
 
 def _digest(model: Model, known: KnownWeights, ask: bool) -> str:
-    """Return the digest of the weights that answer; "" if only one set of weights is known."""
+    """Return the digest of the weights that now answer; "" if at most one set of weights is known."""
     digests = list(known.all())
     if len(digests) < 2:
         return ""

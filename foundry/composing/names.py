@@ -1,4 +1,4 @@
-"""Keeps names unique: a class has one name, and a user's own part has no name of a shipped part."""
+"""Keeps names unique: gives each class one name, and rejects users' parts with the names of shipped parts."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
@@ -14,10 +14,10 @@ _CONFIG, _CODE = "*.yaml", "[!_]*.py"
 
 
 def with_public_names(value: Any) -> Any:
-    """Return a configuration in which every `_target_`, at any depth, is the public name of its class.
+    """Return a configuration in which every `_target_`, even in nested parts, is the public name of its class.
 
-    This is the attribute `public_name` of the class, else the path of its definition. So a class has one name, by
-    whatever path the user named it. A target that cannot be found stays as it is.
+    The public name is the attribute `public_name` of the class, or else the path of its definition. So a class has one
+    name, even if users name it by different paths. A target that cannot be found stays as it is.
     """
     if isinstance(value, Mapping):
         return {
@@ -83,7 +83,7 @@ def _edits() -> Mapping[str, Path]:
 
 
 def _groups() -> dict[str, tuple[str, Callable[[], Mapping[str, Path]]]]:
-    """Return, by group of parts, the pattern of its files, and a function that returns the shipped parts by name."""
+    """Return for each group, such as `model`, the pattern of its files and a function that lists shipped parts."""
     rooms = {folder.name: [folder] for folder in paths.conf_dir().iterdir() if folder.is_dir()}
     rooms["sweep"] = [paths.sweeps_dir()]
     signatures = list((paths.PACKAGE.parent / "analysis").glob("*/signatures"))

@@ -64,7 +64,7 @@ class _Silent:
 
 
 class _CacheOnly(Wrapper):
-    """Answers from the cache. If an answer is missing, it ends the episode, or is `silent`: it replies with ""."""
+    """Answers from the cache only. At a missing answer, it ends the episode or, if `silent`, replies with ""."""
 
     def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
@@ -85,7 +85,7 @@ class _CacheOnly(Wrapper):
 
 
 def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tuple[Model, list[_CacheOnly]]:
-    """Return a model that makes no calls, and the wrappers that read the cache for it or for its members."""
+    """Return a model that answers from the cache only, and its wrappers, which count hits and misses."""
     readers: list[_CacheOnly] = []
 
     def reading(one: Model) -> Model:
@@ -198,7 +198,7 @@ async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo,
 
 @dataclass(frozen=True)
 class FoundPrompt:
-    """A prompt, and the number of earlier answers that are missing in the cache and count as silence in the prompt."""
+    """A prompt, and the number of earlier answers that the cache lacks; the prompt assumes empty replies instead."""
 
     messages: tuple[ChatMessage, ...]
     assumed_silent: int
@@ -213,7 +213,7 @@ def find_prompt(
     agent: int,
     kind: str | None,
 ) -> FoundPrompt:
-    """Return the prompt of an agent at a step of the first run; `kind` is `action`, or the first kind, if None."""
+    """Return the prompt of an agent at a step of the first run; by default for its action, or its first question."""
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)

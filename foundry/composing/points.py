@@ -19,7 +19,7 @@ from foundry.storing.plain import read_config
 from foundry.storing.sweep_file import to_yaml
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
-"""Function that calls a function in a job for each list of overrides, and returns Hydra's `JobReturn`s."""
+"""Function that calls a function in one job per list of overrides, and returns the `JobReturn` of each job."""
 PRIMARY = "config"
 _OF_HYDRA = ("hydra.", "hydra/")
 _SEARCHPATH = "hydra.searchpath="
@@ -30,7 +30,7 @@ _Composer: TypeAlias = Callable[[tuple[str, ...]], tuple[Any, Mapping[str, str]]
 
 @dataclass(frozen=True)
 class Point:
-    """The configuration of one point of a grid.
+    """The configuration for one combination of the swept values.
 
     Attributes:
         config: the configuration, with unresolved references and without Hydra's part.
@@ -48,7 +48,7 @@ class Point:
 def points_of(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
 ) -> tuple[list[Point], Launch | None]:
-    """Return the points of a grid, and a function that runs jobs if one of Hydra's launchers is named."""
+    """Return the points of a grid, and a function that runs jobs, or None if no launcher of Hydra is named."""
     import hydra
     from omegaconf import OmegaConf
 
@@ -93,7 +93,7 @@ def show(
 def _folders(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder in which Hydra starts, and the overrides; the first override names all other folders."""
+    """Yield the folder of the primary configuration, and overrides; the first one lists all other folders."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
@@ -140,7 +140,7 @@ def _point(
 
 
 def _choices_and_settings(overrides: Sequence[str], groups: Set[str]) -> tuple[list[str], list[Any]]:
-    """Split overrides into those that Hydra must compose, and parsed ones that only set a value.
+    """Split overrides into choices of options, which Hydra must compose, and parsed settings.
 
     Hydra applies settings in their order, after all choices. If there are overrides of any other kind, Hydra composes
     all overrides.
@@ -200,9 +200,9 @@ def _composed(overrides: tuple[str, ...]) -> tuple[Any, Mapping[str, str]]:
 
 
 def _fixed_choices(asked: Sequence[str]) -> list[str]:
-    """Return the overrides without several values that may concern Hydra itself.
+    """Return the overrides from which Hydra finds its launcher: its own settings, and single options of groups.
 
-    Settings are left out, since only one world of the grid may have them.
+    Other settings are left out, since perhaps not every world of the grid has them.
     """
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -215,7 +215,7 @@ def _fixed_choices(asked: Sequence[str]) -> list[str]:
 
 
 def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
-    """Yield the overrides of each point and its seeds. If two overrides have the same key, the later one applies."""
+    """Yield each combination of the overrides' values, and the seeds; of overrides with one key, the last applies."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 

@@ -22,7 +22,7 @@ MAX_STEPS = 4
 
 
 def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Sequence[Question]) -> None:
-    """Raise an error if a schema offers a choice that the world does not read, but others that it reads."""
+    """Raise an error if the world can read some of a schema's choices, but not all of them."""
     if type(scenario).read is Scenario.read:
         return
     held = [(schemas[asked.kind], asked) for schemas in _schemas(model) for asked in questions if asked.kind in schemas]
@@ -32,9 +32,10 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
             if read and len(read) < len(choices):
                 others = ", ".join(str(one) for one in choices if one not in read)
                 raise InputError(
-                    f"The schema of questions of kind '{question.kind}' lets a model choose {others}, which world "
-                    f"'{scenario.name}' does not read with its present settings. Use "
-                    f"schema.{question.kind}.properties.{name}.enum=[{','.join(map(str, read))}], or model.format=null."
+                    f"The schema for '{question.kind}' offers {others}, but with its settings world '{scenario.name}' "
+                    "cannot read this. Leave it out of the schema with "
+                    f"schema.{question.kind}.properties.{name}.enum=[{','.join(map(str, read))}], or use no schema "
+                    "with model.format=null."
                 )
 
 
@@ -106,7 +107,7 @@ def _parts_key(condition: Condition, model: Model) -> str:
 def _check_in_runs(
     condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], worlds: Mapping[str, _Opened]
 ) -> None:
-    """Check that a population can answer in every run; any other model is the same in each."""
+    """Check that a population can answer in every run; other models are the same in all runs."""
     key = settings_key(condition.config["model"])
     model, scenario = models[key], worlds[_parts_key(condition, models[key])].scenario
     for seed in condition.seeds:
@@ -141,7 +142,7 @@ def prompt_of(config: Mapping[str, Any]) -> Prompt:
 
 
 def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
-    """Return the worlds that need a package that is not installed, and a sentence on them; else an empty text."""
+    """Return the names of worlds that need a missing package, and a sentence about them ("" if there are none)."""
     missing: dict[str, NotInstalledError] = {}
     for config in {settings_key(config["world"]): config for config in configs}.values():
         try:
@@ -158,12 +159,12 @@ def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str
 
 
 def notes_of(sweep: Sweep) -> list[str]:
-    """Return what the worlds of a sweep say before it starts, one line each."""
+    """Return the notes of a sweep's worlds, one line each."""
     return list(dict.fromkeys(note for config in _worlds(sweep).values() for note in scenario_of(config).notes()))
 
 
 def missing_arms(sweep: Sweep) -> list[str]:
-    """Return a line for each world without the runs with which the exact null of its measures is computed."""
+    """Return a line for each world whose sweep lacks the runs that give the exact null of the world's measures."""
     worlds = _worlds(sweep)
     lines = []
     for config in worlds.values():
@@ -172,8 +173,9 @@ def missing_arms(sweep: Sweep) -> list[str]:
         if arm and settings_key({**config["world"], **arm}) not in worlds:
             added = " ".join(f"+world.{key}={str(value).lower()}" for key, value in arm.items())
             lines.append(
-                f"world '{scenario.name}': {added} with the same seeds adds runs in which no agent is told. They are "
-                "the exact null of its measures. Without them, measures are compared with an agent without habits"
+                f"world '{scenario.name}': {added} with the same seeds adds runs in which no agent is told of the "
+                "fires. Such runs give the exact null of the world's measures. Without such runs, the null "
+                "assumes agents that draw each step independently"
             )
     return list(dict.fromkeys(lines))
 
@@ -183,7 +185,7 @@ def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
 
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
-    """Return the sweep with what its worlds declare about their records; `here` is the sweep on this machine."""
+    """Return the sweep with its worlds' declarations; `here` is the same sweep with paths of this machine."""
     declared: dict[str, Declared] = {}
     known: list[Condition] = []
     for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):

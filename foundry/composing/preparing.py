@@ -37,7 +37,7 @@ OUTPUTS = Path("outputs")
 
 @dataclass(frozen=True)
 class OneRun:
-    """The work of one job of a launcher: it plays the run with the number of the job.
+    """The work of one job of a launcher: job number n plays run number n of `spec`.
 
     Attributes:
         spec: input of every job.
@@ -48,7 +48,7 @@ class OneRun:
     command: int
 
     def __call__(self, config: object) -> str | None:
-        """Play the run. The configuration that Hydra composed for the job is ignored, since the sweep has it."""
+        """Play the run. Hydra's configuration of the job is ignored, since `spec` contains the run's own."""
         from hydra.core.hydra_config import HydraConfig
 
         number = int(HydraConfig.get().job.num)
@@ -65,7 +65,7 @@ class LauncherRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Yield the function that plays runs; nothing is checked, since the launcher reports errors."""
+        """Yield the function that plays runs; nothing is checked first, since the launcher reports its errors."""
         yield partial(self._play, replace(job, folder=job.folder.part(job.folder.runs())))
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
@@ -91,7 +91,7 @@ def stages(composed: Composed) -> list[Composed]:
     if ids != plan.runs.keys():
         raise InputError(
             f"{UNTIL}=answered runs exactly the {len(plan.runs)} runs of {PREREGISTRATION_FILE}. Your overrides "
-            f"leave out {len(plan.runs.keys() - ids)} of them and add {len(ids - plan.runs.keys())} others. "
+            f"leave out {len(plan.runs.keys() - ids)} of these runs and add {len(ids - plan.runs.keys())} other runs. "
             f"Repeat the overrides with which {PREREGISTRATION_FILE} was made."
         )
     return [replace(one, settings={**one.settings, UNTIL: None}) for one in _parts(composed, plan)]
@@ -101,7 +101,7 @@ def _plan(composed: Composed) -> Preregistration:
     folder = composed.settings["output"]["dir"]
     plan = preregistration_of(Path(folder)) if folder else None
     if plan is None:
-        where = f"'{folder}' has no such file" if folder else "no output.dir is named"
+        where = f"folder '{folder}' has no such file" if folder else "no output.dir is named"
         raise InputError(
             f"{UNTIL}=answered needs the plan in {PREREGISTRATION_FILE}, but {where}. Make it with: foundry preregister"
         )
@@ -147,7 +147,7 @@ class Checked:
 
 
 def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> Checked:
-    """Check everything that can be wrong with a sweep; `place` returns the sweep as it is on this machine."""
+    """Check everything that can be wrong with a sweep; `place` returns the same sweep with paths of this machine."""
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")
     sweep = composed.sweep
@@ -182,7 +182,7 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 
 
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
-    """Return the facts about a model with the digest with which the sweep began, so that keys of answers stay."""
+    """Return the facts with the digest from the sweep's beginning, so that the keys of cached answers stay."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
     same = with_weights(info, digest or "")
     return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))

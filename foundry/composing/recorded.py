@@ -18,9 +18,9 @@ from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
-"""Recorded settings of a run that belong to no group."""
+"""Recorded keys of a run outside the groups world, model and prompt."""
 _AS_RECORDED = "as_recorded"
-"""Name of the option of a group that contains what the run recorded."""
+"""Name of the temporary option in each group that contains the recorded part."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 _OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
 """A reference to the seed in a setting, such as `${seed}`."""
@@ -58,13 +58,13 @@ def compose_recorded(
 
 
 def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapping[str, Any]:
-    """Return a recorded part; a prompt comes without its format if the overrides name another format."""
+    """Return a recorded part; if the overrides name another format, remove the recorded one from the prompt."""
     is_replaced = group == "prompt" and FORMAT in given
     return {key: value for key, value in part.items() if key != FORMAT or not is_replaced}
 
 
 def _literal(value: Any) -> Any:
-    """Return settings with `${` escaped: they are resolved already, and someone else may have recorded them."""
+    """Return settings with `${` escaped, so that Hydra resolves no reference in the text of a stranger's record."""
     if isinstance(value, str):
         return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
     if isinstance(value, Mapping):
@@ -116,7 +116,7 @@ def _check_asked(folder: SweepFolder, given: set[str]) -> None:
 
 
 def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
-    """Yield one condition of all that differ only in settings that the overrides replace, with the seeds of all."""
+    """Merge conditions that differ only in settings that the overrides replace; join their seeds."""
     alike: dict[str, list[Condition]] = {}
     for one in conditions:
         alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
@@ -134,7 +134,7 @@ def _composed(
 
 
 def _check_seeds(folder: SweepFolder) -> None:
-    """Reject further seeds if a setting depends on the seed, since its values for new seeds are unknown."""
+    """Reject more seeds if a recorded setting depends on the seed; the record has no values for new seeds."""
     alike: dict[str, list[set[int]]] = {}
     for one in folder.sweep.conditions:
         names: Mapping[str, Any] = {role: one.config[role]["name"] for role in ("world", "model", "prompt")}
@@ -142,8 +142,8 @@ def _check_seeds(folder: SweepFolder) -> None:
     apart = (len(found) > 1 and _are_apart(found) for found in alike.values())
     if _OF_THE_SEED.search(folder.multirun()) or any(apart):
         raise InputError(
-            f"Settings of '{folder.path}' depend on the seed, so their values for new seeds are unknown. Repeat the "
-            f"command that made it with the seeds that you want: foundry -m ... output.dir={folder.path}"
+            f"Settings in '{folder.path}' depend on the seed, and foundry does not know their values for new seeds. "
+            f"Repeat the command that made this sweep, with the new seeds: foundry -m ... output.dir={folder.path}"
         )
 
 

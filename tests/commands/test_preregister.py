@@ -191,7 +191,7 @@ def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((*UNLIKE, "until=answered"), "'out' has no such file. Make it with: foundry preregister"),
+        ((*UNLIKE, "until=answered"), "folder 'out' has no such file. Make it with: foundry preregister"),
         ((*UNLIKE[:-1], "until=answered"), "no output.dir is named"),
         ((*UNLIKE, "until=soon"), "until must be null or answered; got soon"),
     ],
@@ -203,4 +203,4 @@ def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
 def test_another_sweep_than_was_declared_is_refused(tmp_path):
     succeeds("preregister", *UNLIKE, *LOOKS, cwd=tmp_path)
     line = refusal(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
-    assert "16 runs of preregistration.yaml. Your overrides leave out 16 of them and add 16 others" in line
+    assert "16 runs of preregistration.yaml. Your overrides leave out 16 of these runs and add 16 other runs" in line
