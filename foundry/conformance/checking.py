@@ -1,4 +1,4 @@
-"""Checks your own parts, for `foundry check world=mine` and `foundry.check("world=mine")`."""
+"""Checks your own parts: `foundry check world=mine` or, in Python, `foundry.check("world=mine")`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -85,11 +85,11 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
         edits.expects_one_action_for_each,
     ),
 }
-"""The checks of each kind of part, in order. Checks of models ask only policies, which cost nothing."""
+"""The checks by kind of part, in the order of the report. Checks of models ask only policies, which cost nothing."""
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of parts that have a configuration group."""
 EDIT = "edit="
-"""Beginning of an argument that names edits, which have no configuration group."""
+"""Beginning of an argument that names edits; Hydra knows no edits."""
 
 
 def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:
@@ -140,7 +140,7 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 def _cases(
     config: Mapping[str, Any], seed: int, asked: tuple[Sequence[str], Sequence[str], Sequence[str]]
 ) -> Iterator[tuple[str, str, str, Callable[[], Any]]]:
-    """Yield key, title and kind of each part to check, and a function that makes the data for its checks."""
+    """Yield for each part to check its key, title and kind, and a function that makes the data for its checks."""
     case, (chosen, measured, edited) = world_case(config, seed), asked
     cases = {"world": case, "prompt": case, "model": models.ModelCase(build, config["model"], case)}
     for kind in chosen:
@@ -162,7 +162,7 @@ def with_parts(name: str, case: WorldCase) -> list[Edit]:
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
-    """Return the data for checks of a configuration's world. Its model plays if that costs nothing."""
+    """Return the data for checks of a configuration's world. The configuration's model plays if it costs nothing."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
     return WorldCase(
         make=lambda: scenario_of(config),

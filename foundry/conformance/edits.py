@@ -5,7 +5,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from foundry.conformance.playing import Skipped, WorldCase, require
+from foundry.conformance.playing import Broken, Skipped, WorldCase, require
 from foundry.conformance.worlds import check_plain
 from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit
@@ -15,12 +15,12 @@ MOST_TRIED = 24
 PNG = b"\x89PNG"
 """First bytes of a PNG image."""
 MOST_BACK = 12
-"""Maximum number of times that an edit is repeated to restore the original question."""
+"""Maximum number of repetitions, such as quarter turns, after which an edit must restore the question."""
 
 
 @dataclass(frozen=True)
 class EditCase:
-    """An edit, and a world that asks the questions for its checks."""
+    """An edit to check, and the world whose questions it changes."""
 
     edit: Edit
     world: WorldCase
@@ -33,11 +33,11 @@ class EditCase:
 
     @cached_property
     def changed(self) -> Sequence[tuple[Question, Question]]:
-        """The questions that the edit changes, before and after."""
+        """Pairs of a question and its edited version, for all questions that the edit changes."""
         pairs = [(question, edited) for question in self.questions if (edited := self.applied(question)) is not None]
         if not pairs:
-            none = f"it changes none of {len(self.questions)} questions of {self.world.scenario.name}"
-            raise Skipped(f"{none}: name another world=")
+            none = f"the edit changes none of {len(self.questions)} questions of world '{self.world.scenario.name}'"
+            raise Skipped(f"{none}: choose another world with world=NAME")
         return pairs
 
     def applied(self, question: Question) -> Question | None:
@@ -47,17 +47,17 @@ class EditCase:
 
 
 def changes_something(case: EditCase) -> str:
-    """The edit changes some question; it returns None or an equal question if there is nothing to change."""
-    return f"{len(case.changed)} of {len(case.questions)} questions changed"
+    """The edit changes some questions; for others, it may return None or an equal question."""
+    return f"the edit changes {len(case.changed)} of {len(case.questions)} questions"
 
 
 def asks_the_same(case: EditCase) -> None:
-    """The edit keeps step, agent, kind and `again` of the question, on which its sampling seed depends."""
+    """The edit keeps the step, agent, kind and `again` of a question, which determine the sampling seed."""
     for before, after in case.changed:
         require(
             (after.asked, after.again) == (before.asked, before.again),
-            f"a '{before.kind}' of agent {before.agent} at step {before.step} becomes another question: replace only "
-            "observation or images",
+            f"the edit changes step, agent, kind or `again` of a '{before.kind}' question (agent {before.agent}, step "
+            f"{before.step}): replace only its observation or images",
         )
 
 
@@ -80,14 +80,14 @@ def leaves_its_input_as_it_is(case: EditCase) -> None:
         given = deepcopy(dict(question.observation))
         case.edit.applied(replace(question, observation=given), case.questions)
         stays = given == dict(question.observation)
-        require(stays, f"it changes the '{question.kind}' that it gets: make a copy with dataclasses.replace")
+        require(stays, f"the edit changes its input, a '{question.kind}' question: return a changed copy of it")
 
 
 def changes_the_same_every_time(case: EditCase) -> None:
     """Edits of equal questions give equal questions."""
     for before, after in case.changed:
-        other = f"editing a '{before.kind}' a second time gives another question"
-        require(case.applied(before) == after, f"{other}: draw only from question.sampling_seed")
+        other = f"the edit changes the same '{before.kind}' question differently the second time"
+        require(case.applied(before) == after, f"{other}: draw random numbers only from question.sampling_seed")
 
 
 def can_be_put(case: EditCase) -> None:
@@ -98,7 +98,7 @@ def can_be_put(case: EditCase) -> None:
 
 
 def expects_one_action_for_each(case: EditCase) -> None:
-    """For `equivariance`: different actions stay different, and repeated edits restore actions and questions."""
+    """An edit of `equivariance` expects each action for one other; repeated edits restore question and actions."""
     if case.edit.leaves != "equivariance":
         raise Skipped("it is not an equivariance, so it expects no other action")
     expected = case.edit.described(case.world.scenario)["expected"]
@@ -107,11 +107,13 @@ def expects_one_action_for_each(case: EditCase) -> None:
     require(each_once, f"expected() maps {', '.join(expected)} to {made}: return each action exactly once")
     for before, after in case.changed:
         times = _times_until_back(case, before, after)
-        moved = [label for label in expected if times is not None and _repeated(expected, label, times) != label]
+        if times is None:
+            raise Broken(f"{MOST_BACK} edits in a row never restore a '{before.kind}' question: correct edit()")
+        moved = ", ".join(label for label in expected if _repeated(expected, label, times) != label)
         require(
-            times is not None and not moved,
-            f"after {times} edits a '{before.kind}' is restored, but its actions ({', '.join(moved) or 'all'}) are "
-            "not: correct edit() or expected()",
+            not moved,
+            f"{times} edits in a row restore a '{before.kind}' question, but expected() does not restore its actions "
+            f"({moved}): correct edit() or expected()",
         )
 
 

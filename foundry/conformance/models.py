@@ -1,6 +1,6 @@
 """Checks of models: parameters() contains everything that affects an answer, and a policy is deterministic.
 
-A model that costs money or time is not asked here, but by `foundry doctor`.
+These checks never ask a model that costs money or time; `foundry doctor` does.
 """
 
 import asyncio
@@ -35,7 +35,7 @@ class ModelCase:
         return self.build(self.settings)
 
     def asked(self) -> list[Request]:
-        """Return the first questions of an episode as requests; skip the check if answers cost something."""
+        """Return the first questions of an episode as requests; raise Skipped if the model's answers cost something."""
         model = self.make()
         if model.costs:
             raise Skipped("its answers cost something: check it with foundry doctor")
@@ -52,7 +52,8 @@ class ModelCase:
 def says_its_name_and_kinds(case: ModelCase) -> None:
     """The model has a name; its kinds of question are a tuple, or None for any kind."""
     model = case.make()
-    require(isinstance(model.name, str) and bool(model.name), f"its name is {model.name!r}: set self.name to a text")
+    is_name = isinstance(model.name, str) and bool(model.name)
+    require(is_name, f"the model's name is {model.name!r}: set self.name to a text")
     plain = model.kinds is None or (isinstance(model.kinds, tuple) and all(isinstance(one, str) for one in model.kinds))
     require(plain, f"kinds is {model.kinds!r}: give a tuple of texts, or None for any kind")
 
@@ -62,7 +63,8 @@ def answers_the_world(case: ModelCase) -> None:
     model, scenario = case.make(), case.world.scenario
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     kinds = ", ".join(model.kinds or ())
-    require(not missing, f"it answers {kinds}, but {scenario.name} also asks {', '.join(missing)}")
+    asks = f"world '{scenario.name}' also asks {', '.join(missing)}"
+    require(not missing, f"the model answers {kinds}, but {asks}: answer these kinds too")
     for question in case.world.usual.questions:
         model.check(question)
 
@@ -78,18 +80,20 @@ def says_its_parameters(case: ModelCase) -> None:
 
 
 def tells_its_settings_apart(case: ModelCase) -> str | None:
-    """Every number that may affect an answer is in parameters(), so that no other model's answers are reused."""
+    """`parameters()` contains every number that may affect an answer; else different models share cached answers."""
     key = _key(case.make())
     settings = without_servers(case.settings)
     same = [change for change in _changes(settings) if _builds_the_same(case, change, key)]
     numbers = ", ".join(change.name for change in same if not change.is_flag)
-    require(not numbers, f"parameters() lacks {numbers}: add it, or models with different values share cached answers")
-    return f"parameters() does not depend on {', '.join(change.name for change in same)}" if same else None
+    shared = "else models with different values share cached answers"
+    require(not numbers, f"parameters() lacks {numbers}: add all of these, {shared}")
+    flags = ", ".join(change.name for change in same)
+    return f"check that no answer depends on {flags}, which parameters() lacks" if same else None
 
 
 @dataclass(frozen=True)
 class _Change:
-    """A changed setting. A flag may have an effect only together with other settings, so it only gives a note."""
+    """A changed setting. A flag may need another setting to have an effect, so an ignored flag is only noted."""
 
     name: str
     settings: Mapping[str, Any]
@@ -131,8 +135,9 @@ def answers_the_same(case: ModelCase) -> None:
     for request, *replies in zip(requests, first, back, alone, strict=True):
         require(
             replies[0].text == replies[1].text == replies[2].text,
-            f"a '{request.kind}' of agent {request.agent} gets a different reply if asked again, or from a "
-            "copy of the policy: draw only from the request's generator, keep no state, and keep the order of requests",
+            f"agent {request.agent} gets a different reply if a '{request.kind}' request is repeated, comes in another "
+            "order or goes to a copy of the policy: draw only from the request's generator, keep no state, and return "
+            "the replies in the order of the requests",
         )
 
 
@@ -142,7 +147,8 @@ def _check_replies(replies: Sequence[Reply], requests: Sequence[Request]) -> Non
         is_reply = isinstance(reply, Reply) and isinstance(reply.text, str)
         require(is_reply, f"a reply is {reply!r}: return a Reply with a text")
         require(
-            reply.ending in (STOPPED, LENGTH, ABORTED), f"a reply has the ending '{reply.ending}': see Reply.ending"
+            reply.ending in (STOPPED, LENGTH, ABORTED),
+            f"a reply has the ending '{reply.ending}': use '{STOPPED}', '{LENGTH}' or '{ABORTED}'",
         )
 
 
@@ -171,13 +177,13 @@ def refuses_other_kinds(case: ModelCase) -> None:
 
 
 def fits_into_a_run(case: ModelCase) -> None:
-    """`in_run` returns a model with the same name and parameters, and equal models for equal runs."""
+    """`in_run` keeps the model's name, and assigns each agent the same model in equal runs."""
     one, other = case.placed(), case.placed()
     for placed in (one, other):
-        require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model")
+        require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model, such as self")
         require(
             placed.name == case.make().name,
-            f"in_run() returns a model named '{placed.name}': it must keep the name '{case.make().name}'",
+            f"in_run() returns a model named '{placed.name}': keep the name '{case.make().name}' in it",
         )
     is_same = one.roster() == other.roster()
     require(is_same, "in_run() assigns agents to models differently in equal runs: draw with the run's seed")

@@ -23,16 +23,16 @@ from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
-"""Function that checks a rule, and may return a note; it raises Broken or Skipped."""
+"""Function that checks one rule and may return a note; it raises Broken if a part breaks the rule."""
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Function that answers the pending questions, in order."""
 POLICIES: tuple[Mapping[str, Any], ...] = (
     {"_target_": "foundry.worlds.any.any_policies.Random", "name": "scripted/random"},
     {"_target_": "foundry.worlds.camera.camera_policies.Wander", "name": "scripted/wander"},
 )
-"""Policies that play if the chosen model costs something or cannot act in the world."""
+"""Policies that replace the chosen model in the checks, if it costs something or cannot act in the world."""
 _SPARE = 100
-"""An episode is stopped after this many questions more than twice its `count_calls()`."""
+"""An endless episode is stopped after 2 * `count_calls()` + this number of questions."""
 
 
 class Status(StrEnum):
@@ -124,7 +124,7 @@ def _cause(error: Exception) -> str:
 
 @dataclass(frozen=True)
 class Turn:
-    """One round of questions, the records after it, and the number of steps that are complete then."""
+    """Questions that are asked together, the records of their answers, and the number of steps completed by then."""
 
     questions: tuple[Question, ...]
     records: tuple[Record, ...]
@@ -173,7 +173,7 @@ class Episode:
 
 
 seen = attrgetter("step", "agent", "kind", "observation", "images", "options", "idle")
-"""Function that returns all of a question but its secret."""
+"""Function that returns what is compared of two questions: not their `secret`, nor `again`."""
 
 
 def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictures: bool = False) -> Episode:
@@ -200,7 +200,7 @@ def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictu
 
 
 def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[[int], int]) -> Episode | None:
-    """Play a world and ask questions early where it allows that; return None if it never does."""
+    """Play a world, and ask questions as early as it allows; return None if it allows no early question."""
     opening = tuple(world.opening())
     turns: list[Turn] = []
     while not world.finished and (ahead := world.ahead()) is None and len(turns) <= most:
@@ -214,12 +214,12 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         ready = ahead.ready()
         answered |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
         opened += [one.asked for one in ready]
-        require(bool(opened), f"after {world.step} steps nothing is ready, but no answer is pending: let ready() ask")
+        require(bool(opened), f"after {world.step} steps all answers are taken, but ready() is empty: return questions")
         one = opened.pop(pick(len(opened)))
         ahead.take(one, answered[one][1])
         while whole := ahead.next_round():
             missing = [one for one in whole if one not in answered or one in opened]
-            require(not missing, f"next_round() reports {missing[:1]} as answered, but it is not")
+            require(not missing, f"next_round() returns {missing[:1]} without an answer: wait for the answer")
             questions = tuple(answered[one][0] for one in whole)
             records = world.advance([answered[one][1] for one in whole])
             turns.append(Turn(questions, tuple(records), world.step))
@@ -283,7 +283,7 @@ class WorldCase:
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False
     ) -> Episode:
-        """Play an episode with this seed; see `play`. `scenario` may replace the shared scenario."""
+        """Play an episode with this seed; see `play`. A given `scenario` replaces the shared one."""
         world = (scenario or self.scenario).start(self.seed)
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 
@@ -316,6 +316,6 @@ def request_of(question: Question, seed: int) -> Request:
 
 
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
-    """Return the chosen model if it costs nothing and can act here, else a shipped policy that can, else None."""
+    """Return the first of the chosen model and the shipped policies that costs nothing and can act in the world."""
     stage = Stage(scenario, seed)
     return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)

@@ -15,7 +15,7 @@ def has_every_kind(case: WorldCase) -> None:
     prompt, kinds = case.make_prompt(), case.scenario.kinds
     missing = [kind for kind in kinds if kind not in prompt.kinds]
     lacks = f"prompt '{prompt.name}' has no template for {', '.join(missing)}"
-    require(not missing, f"{lacks}, which {case.scenario.name} asks: add one, or choose another prompt")
+    require(not missing, f"{lacks}, which world '{case.scenario.name}' asks: add a template, or choose another prompt")
 
 
 def fills_every_question(case: WorldCase) -> None:
@@ -24,12 +24,12 @@ def fills_every_question(case: WorldCase) -> None:
     for question in case.put:
         for message in prompt.render(question):
             says_something = message.role != "user" or bool(message.content.strip() or message.images)
-            where = f"a '{question.kind}' of step {question.step}"
+            where = f"a '{question.kind}' question of step {question.step}"
             require(says_something, f"{where} gives an empty user message: add text to its template")
 
 
 def names_what_is_observed(case: WorldCase) -> None:
-    """A template uses only names that questions of its kind have, even in branches that are not taken."""
+    """A template uses only keys of its observations, even in branches (`{% if %}`) that no question takes."""
     observed: dict[str, set[str]] = {}
     for question in case.put:
         observed.setdefault(question.kind, set()).update(question.observation)
@@ -37,7 +37,7 @@ def names_what_is_observed(case: WorldCase) -> None:
         for source in _sources(case.templates.get(kind, "")):
             unknown = sorted(_named(source) - known)
             names = f"template '{kind}' uses {', '.join(unknown)}"
-            require(not unknown, f"{names}, which no observation contains: use {', '.join(sorted(known))}")
+            require(not unknown, f"{names}, which no observation contains: use only {', '.join(sorted(known))}")
 
 
 def _sources(template: Any) -> Iterator[str]:
@@ -48,7 +48,7 @@ def _sources(template: Any) -> Iterator[str]:
 
 
 def _named(source: str) -> set[str]:
-    """Return the names that a template uses, except those in tests such as `is defined`."""
+    """Return the variables that a template uses, except variables that it tests with `is defined`."""
     environment = environment_of()
     tree = environment.parse(source)
     names = {
@@ -58,17 +58,18 @@ def _named(source: str) -> set[str]:
 
 
 def is_the_same_every_time(case: WorldCase) -> None:
-    """Equal questions give equal messages, also from a copy of the prompt, and stay unchanged."""
+    """Equal questions give equal messages, even from a copy of the prompt; the prompt does not change questions."""
     prompt, copy = case.make_prompt(), case.make_prompt()
     for question in case.put:
         before = deepcopy(dict(question.observation))
         require(
             prompt.render(question) == prompt.render(question) == copy.render(question),
-            f"a '{question.kind}' gives other messages the second time: templates may only depend on the observation",
+            f"a '{question.kind}' question gives other messages the second time: let templates depend only on the "
+            "observation",
         )
         require(
             dict(question.observation) == before,
-            f"template '{question.kind}' changes the observation: only read it",
+            f"template '{question.kind}' changes the observation: let it only read",
         )
 
 
@@ -77,5 +78,5 @@ def shows_the_images(case: WorldCase) -> None:
     prompt = case.make_prompt()
     for question in case.put:
         sent = [image for message in prompt.render(question) for image in message.images]
-        has = f"a '{question.kind}' has {len(question.images)} images"
-        require(sent == list(question.images), f"{has}, but the messages contain {len(sent)}")
+        has = f"a '{question.kind}' question has {len(question.images)} images"
+        require(sent == list(question.images), f"{has}, but the messages contain {len(sent)}: show all, in order")

@@ -23,13 +23,13 @@ _BAD = {
 }
 """Replies that decide nothing, and the outcome that the world must record for them."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of texts that decide nothing. In talk, where any text is an answer, they do not occur."""
+"""Outcomes of texts that decide nothing. Talk never has these outcomes, since any text is a message."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
 
 class _Place(NamedTuple):
-    """A question in the usual episode; `turn` is the index of its round, `at` its index in the round."""
+    """A question in the usual episode: number `at` of the questions in turn number `turn`, both 0-based."""
 
     turn: int
     at: int
@@ -69,15 +69,15 @@ def survives_bad_replies(case: WorldCase) -> None:
             started = time.perf_counter()
             rows, _ = _answered(case, place, answer)
             took = time.perf_counter() - started
-            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' took {took:.0f} s: limit the length of replies")
+            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' question took {took:.0f} s: limit its length")
             is_talk = kind not in case.scenario.actions() and expected in _SPOKEN and bool(answer.text.strip())
             if not rows or is_talk:
                 continue
             outcomes = sorted({str(value) for row in rows for value in _outcomes(row)})
             require(
                 expected in outcomes,
-                f"{name} to a '{kind}' has the outcome {', '.join(outcomes)} instead of {expected}: see unanswered() "
-                "and undecided_outcome() of foundry.worlds.base",
+                f"{name} to a '{kind}' question has the outcome {', '.join(outcomes)} instead of {expected}: use "
+                "unanswered() or undecided_outcome() of foundry.worlds.base",
             )
 
 
@@ -87,7 +87,7 @@ def _outcomes(row: Any) -> Iterator[Outcome]:
 
 
 def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
-    """All bad replies have the same effect, apart from the outcome."""
+    """All replies that decide nothing have the same effect; only the recorded outcome differs."""
     for place in _places(case):
         kind, agent = place.question.kind, place.question.agent
         declared = kind in case.scenario.actions()
@@ -101,17 +101,22 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
             first = first or (name, state, others)
             is_same = state == first[1]
             require(
-                is_same, f"{name} to a '{kind}' gives {state}, but {first[0]} gives {first[1]}: let both decide nothing"
+                is_same,
+                f"{name} to a '{kind}' question is recorded as {state}, but {first[0]} as {first[1]}: record the same",
             )
             is_same = others == first[2]
-            require(is_same, f"other agents observe whether a '{kind}' got {name} or {first[0]}: hide this from them")
+            require(
+                is_same,
+                f"other agents observe whether a '{kind}' question got {name} or {first[0]}: show them the same",
+            )
 
 
 def gives_the_same_when_played_again(case: WorldCase) -> None:
-    """Two episodes with equal bad replies are equal."""
+    """Two episodes with the same seed and the same unreadable replies are equal."""
     first, second = (case.played(_spoiled(case)).content() for _ in range(2))
     require(
-        first == second, "two episodes with equal bad replies differ: draw only from foundry.seeding.stream(seed, ...)"
+        first == second,
+        "two episodes with the same unreadable replies differ: draw only from foundry.seeding.stream(seed, ...)",
     )
 
 
@@ -126,7 +131,7 @@ def _spoiled(case: WorldCase) -> Answering:
 
 
 def reads_the_options_it_offers(case: WorldCase) -> None:
-    """The world reads the replies in `Question.options` as declared decisions that all differ."""
+    """The world reads each reply in `Question.options` as a different, declared decision."""
     places = [place for place in _places(case) if place.question.options]
     if not places:
         raise Skipped("its questions have no options, which scripted/random needs: give each Question its `options`")
@@ -134,11 +139,11 @@ def reads_the_options_it_offers(case: WorldCase) -> None:
         options, kind = place.question.options, place.question.kind
         decisions = {text: _decision(case, place, text) for text in options[:: -(-len(options) // _MOST_OPTIONS)]}
         is_apart = kind not in case.scenario.actions() or len(decisions) == len(set(decisions.values()))
-        require(is_apart, f"several options of a '{kind}' give the same decision: {decisions}; keep one of them")
+        require(is_apart, f"several options of a '{kind}' question give one decision: {decisions}; keep one of them")
 
 
 def reads_its_idle_reply(case: WorldCase) -> None:
-    """The world reads the reply in `Question.idle` as the declared idle action."""
+    """The world reads the reply `Question.idle` as the idle action in `actions()`."""
     places = [place for place in _places(case) if place.question.idle is not None]
     if not places:
         raise Skipped(
@@ -149,14 +154,19 @@ def reads_its_idle_reply(case: WorldCase) -> None:
         kind = place.question.kind
         if (declared := case.scenario.actions().get(kind)) is not None:
             is_idle = decision == declared.idle
-            require(is_idle, f"the idle reply to a '{kind}' decides {decision!r}, not the declared {declared.idle!r}")
+            require(
+                is_idle,
+                f"the world reads the idle reply to a '{kind}' question as {decision!r}, but the idle action in "
+                f"actions() is {declared.idle!r}: use the same",
+            )
 
 
 def _decision(case: WorldCase, place: _Place, text: str) -> Any:
     rows, kind = _answered(case, place, Answer(text))[0], place.question.kind
     for row in (row for row in rows if getattr(row, "kind", kind) == kind):
-        bad = [outcome for outcome in _outcomes(row) if outcome not in READABLE]
-        require(not bad, f"the world offers the reply {text[:80]!r} to a '{kind}', but reads it as {bad}")
+        bad = ", ".join(outcome for outcome in _outcomes(row) if outcome not in READABLE)
+        offers = f"the world offers the reply {text[:80]!r} to a '{kind}' question"
+        require(not bad, f"{offers}, but gives it the outcome {bad}: read it as a decision")
         if declared_for(row, case.scenario.actions()) is not None:
             return row.decision
     return None

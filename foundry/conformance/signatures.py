@@ -30,12 +30,12 @@ from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
 
 SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
-"""Seeds of the runs for most checks, and of the runs of scripted/random that are compared with nulls."""
+"""Seeds of the runs for most checks; seeds of the runs of scripted/random, to compare measures with nulls."""
 FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
-"""For tests of nulls: minimum number of runs, level, and a bias to ignore (as a share of half the range)."""
+"""To compare means with nulls: minimum number of runs, level, and ignored bias as a share of half the range."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
-"""Beginning of the names of counts, which are denominators and may be 0."""
+"""Beginning of the names of counts, such as the number of decisions that a share is computed from."""
 
 
 class Silent(Model):
@@ -69,14 +69,16 @@ class SignatureCase:
     blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
-        """Return the runs in the class that `measure` takes; skip the check if there are none."""
+        """Return the runs whose class `measure` takes; raise Skipped if there are none."""
         kind = run_type(self.module)
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
-            raise Skipped(f"it measures a {kind.__name__}, which this world does not have: name another world=")
+            raise Skipped(
+                f"the signature measures a {kind.__name__}, and this world has none: choose another world with world=NAME"
+            )
         taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
         if not taken:
-            raise Skipped("it does not apply to this world: name another world=")
+            raise Skipped("the signature does not apply to this world: choose another world with world=NAME")
         return taken
 
     def measured(self) -> list[dict[str, float]]:
@@ -100,7 +102,7 @@ def says_what_it_is(case: SignatureCase) -> None:
     """The signature has a NAME, MEASURES with labels, and a HEADLINE that names some of these."""
     name = getattr(case.module, "NAME", None)
     is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
-    require(is_name, f"NAME is {name!r}: use lower case letters, digits and _; it is the prefix of the columns")
+    require(is_name, f"NAME is {name!r}: use lower case letters, digits and _, as in names of columns")
     measures = getattr(case.module, "MEASURES", None)
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
     require(described, "MEASURES must map names to analysis.measure.Measure, each with a label")
@@ -126,16 +128,19 @@ def measures_what_it_describes(case: SignatureCase) -> None:
 
 def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
     if name.startswith(_COUNT):
-        require(value >= 0, f"the count '{name}' is {value:g}")
+        require(value >= 0, f"the count '{name}' is {value:g}: use 0 or more")
         return
     measure: Any = next(_described(name, measures), None)
-    require(measure is not None, f"'{name}' is not in MEASURES: describe it there, or call a count {_COUNT}...")
+    require(
+        measure is not None,
+        f"'{name}' is not in MEASURES: describe it there, or begin its name with {_COUNT} if it is a count",
+    )
     within = math.isnan(value) or (math.isfinite(value) and measure.low - 1e-9 <= value <= measure.high + 1e-9)
     require(within, f"'{name}' is {value:g}, but MEASURES states {measure.low:g} to {measure.high:g}")
 
 
 def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the entries of MEASURES for a name: its own, and patterns such as `won_*`."""
+    """Yield the entries of MEASURES that describe a name: its own entry, and patterns such as `won_*`."""
     for pattern, measure in measures.items():
         start, star, end = pattern.partition("*")
         if name == pattern or (star and name.startswith(start) and name.endswith(end)):
@@ -148,7 +153,7 @@ def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
     first = rows[0]
     for other in rows:
         differing = ", ".join(sorted(set(first) ^ set(other)))
-        require(not differing, f"only some runs have {differing}: always return it, as NaN if it is undefined")
+        require(not differing, f"measure returns {differing} only for some runs: return it always, as NaN if undefined")
 
 
 def says_nan_for_nothing(case: SignatureCase) -> str | None:
@@ -161,13 +166,13 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
         none = {name for name, value in measures.items() if value == 0}
         names = ", ".join(sorted(none))
         is_meant = not none or len(none) < len(measures)
-        require(is_meant, f"{names} is 0 in a run without counted decisions: return NaN, because 0 is a finding")
+        require(is_meant, f"{names} is 0 although no decision counts: return NaN, because 0 would be a finding")
         zeros |= none
-    return f"check that 0 is right without counted decisions: {', '.join(sorted(zeros))}" if zeros else None
+    return f"check that 0 is right if no decision counts: {', '.join(sorted(zeros))}" if zeros else None
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:
-    """If a measure states a null for scripted/random, its mean over such runs equals the null, up to chance."""
+    """If a measure states a null for scripted/random, its mean over runs of this policy is close to the null."""
     if not any(map(_is_of_random, case.module.MEASURES.values())):
         raise Skipped("no measure states a null for scripted/random")
     rows = [case.module.measure(case.taken(arrays)[0]) for arrays in case.blind()]
@@ -178,13 +183,13 @@ def comes_to_its_nulls(case: SignatureCase) -> None:
         if _is_of_random(measure) and len(values) >= FEWEST:
             stated[name] = (measure, values)
     if not stated:
-        raise Skipped("all measures with a null are NaN in this world: name another world=")
+        raise Skipped("all measures with a null are NaN in this world: choose another world with world=NAME")
     for name, (measure, values) in stated.items():
         mean, allowed = float(values.mean()), _half_width(values, len(stated)) + SLIGHT * _unit(measure)
         is_null = abs(mean - measure.null.value) <= allowed
-        comes_to = f"'{name}' is {mean:.3f} -+ {allowed:.3f} over {len(values)} runs of scripted/random"
-        advice = "correct it, or set by_random=False"
-        require(is_null, f"{comes_to}, but its Null is {measure.null.value:g}: {advice}")
+        comes_to = f"'{name}' is {mean:.3f} on average over {len(values)} runs of scripted/random"
+        advice = f"chance explains at most {allowed:.3f} of the difference: correct the Null, or set by_random=False"
+        require(is_null, f"{comes_to}, but its Null is {measure.null.value:g}; {advice}")
 
 
 def _is_of_random(measure: Any) -> bool:
@@ -193,7 +198,7 @@ def _is_of_random(measure: Any) -> bool:
 
 
 def _half_width(values: Any, rows: int) -> float:
-    """Return half the width of the interval of a mean; the intervals of all `rows` together have the level LEVEL."""
+    """Return half the width of a mean's interval; LEVEL holds for all `rows` intervals together (Bonferroni)."""
     from analysis.stats.intervals import student_quantile
 
     quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)
@@ -208,7 +213,7 @@ def measures_the_same_twice(case: SignatureCase) -> None:
     """Measuring a run again gives the same values."""
     for first, second in zip(case.measured(), case.measured(), strict=True):
         is_same = repr(first) == repr(second)
-        require(is_same, f"measuring again gives {second} instead of {first}: draw from a fixed stream")
+        require(is_same, f"measuring again gives {second} instead of {first}: use a generator with a fixed seed")
 
 
 def leaves_the_run_as_it_is(case: SignatureCase) -> None:
@@ -221,7 +226,7 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
 
 
 def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> SignatureCase:
-    """Return the data for checks of a signature, given by name or file, with runs of a world."""
+    """Return the data for checks of a signature in runs of a world; `name` is its name or its file."""
     module = _module(name, world.scenario.form)
     return case_with(config, world)(module)
 
@@ -241,7 +246,7 @@ def _module(name: str, form: str) -> ModuleType:
 
 
 def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
-    """Yield the name and the module's path of each signature that is shipped for a form or for any form."""
+    """Yield the name and the module of each shipped signature that measures worlds of this form."""
     rooms = Path(str(ours("analysis").__file__)).parent
     for room in ("any", form):
         for file in pkgutil.iter_modules([str(rooms / room / "signatures")]):
@@ -249,7 +254,7 @@ def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
 
 
 def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
-    """Play runs of a world; return a function that makes the data for checks of any signature with them."""
+    """Play runs of a world; return a function that makes the data to check a given signature with these runs."""
     policy = policy_for(world.scenario, config["model"], world.seed)
     if policy is None:
         raise InputError(f"No policy can play world '{world.scenario.name}': give its questions their `options`.")
@@ -261,7 +266,8 @@ def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleTy
     @cache
     def blind() -> Sequence[Sequence[Any]]:
         if not Stage(world.scenario, world.seed).suits(build(POLICIES[0])):
-            raise Skipped(f"scripted/random cannot act in {world.scenario.name}: name another world=")
+            lacks = f"scripted/random cannot act in world '{world.scenario.name}'"
+            raise Skipped(f"{lacks}: choose another world with world=NAME")
         return _played(config, world, POLICIES[:1], NULL_SEEDS)[0]
 
     return lambda module: SignatureCase(module, runs, readable, blind)

@@ -17,7 +17,7 @@ from foundry.worlds.base import Recorded
 
 _STEPS = "steps"
 _COMMON = ("step", "agent", "outcome")
-"""Keys of every step of every form."""
+"""Keys of every record of the stream `steps`, in worlds of all forms."""
 READABLE = (Outcome.CHOSEN, Outcome.REPAIRED)
 _FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
@@ -28,10 +28,13 @@ def plays_to_its_end(case: WorldCase) -> None:
         asked = f"after {episode.asked} questions"
         if not episode.finished and episode.asked <= case.most:
             raise Broken(
-                f"{asked} pending() is empty, but finished is false: ask something, or let finished become true"
+                f"{asked} pending() is empty, but `finished` is false: return questions, or let `finished` be true"
             )
         most = case.scenario.count_calls()
-        require(episode.finished, f"the episode goes on {asked}, but count_calls() is {most}: let finished become true")
+        require(
+            episode.finished,
+            f"the episode goes on {asked}, but count_calls() is {most}: let `finished` be true at the end",
+        )
         require(not episode.left, "questions are pending after the end: return none once finished is true")
 
 
@@ -44,49 +47,50 @@ def asks_what_it_says(case: WorldCase) -> str | None:
     for turn in case.usual.turns:
         for question in turn.questions:
             is_named = question.kind in kinds
-            require(is_named, f"it asks '{question.kind}', which is not in its kinds {', '.join(kinds)}: add it")
+            require(is_named, f"the world asks '{question.kind}', but its kinds are {', '.join(kinds)}: add this kind")
             is_next = question.step == completed + 1
             require(
                 is_next, f"a question has step {question.step} after {completed} completed steps: use {completed + 1}"
             )
         is_next = turn.step in (completed, completed + 1)
-        require(is_next, f"step went from {completed} to {turn.step}: it must count completed steps, one at a time")
+        require(is_next, f"`step` went from {completed} to {turn.step}: count the completed steps one by one")
         completed = turn.step
     questions = list(case.usual.questions)
     put = Counter((*question.asked, question.again) for question in questions)
     for (step, agent, kind, _), times in put.items():
         same = f"agent {agent} is asked '{kind}' {times} times in step {step} with the same sampling seed"
-        require(times == 1, f"{same}: use different kinds, or count repetitions in `again`")
+        require(times == 1, f"{same}: use different kinds, or count repetitions in Question.again")
     missing = set(kinds).difference(question.kind for question in questions)
-    return f"this episode never asks {', '.join(sorted(missing))}" if missing else None
+    return f"this episode has no question of the kind {', '.join(sorted(missing))}" if missing else None
 
 
 def counts_its_calls(case: WorldCase) -> str | None:
     """No episode asks more questions than `count_calls()` says."""
     most = case.scenario.count_calls()
     longest = max(episode.asked for episode in (case.usual, case.idle, case.silent))
-    require(longest <= most, f"an episode asks {longest} questions, but count_calls() is {most}: raise it")
-    return f"an episode asks {longest} questions, and count_calls() is {most}" if longest < most else None
+    require(longest <= most, f"an episode asks {longest} questions, but count_calls() is {most}: return more")
+    return f"count_calls() is {most}, but no episode asked more than {longest} questions" if longest < most else None
 
 
 def observes_plain_data(case: WorldCase) -> None:
     """Observations consist of dicts, lists, texts, numbers, flags and None, so that templates can read them."""
     for question in case.usual.questions:
-        check_plain(question.observation, f"the observation of a '{question.kind}'")
+        check_plain(question.observation, f"the observation of a '{question.kind}' question")
 
 
 def check_plain(value: object, where: str) -> None:
     """Require that a value consists of dicts, lists, texts, numbers, flags and None; `where` names the value."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
-            require(isinstance(key, str), f"{where} has the key {key!r}: use texts")
+            require(isinstance(key, str), f"{where} has the key {key!r}: use texts as keys")
             check_plain(inner, f"{where}, {key}")
     elif isinstance(value, list | tuple):
         for inner in value:
             check_plain(inner, where)
     else:
         plain = value is None or type(value) in (str, int, float, bool)
-        require(plain, f"{where} contains a {type(value).__module__}.{type(value).__name__}: make it a plain value")
+        name = f"{type(value).__module__}.{type(value).__name__}"
+        require(plain, f"{where} contains a {name}: use dicts, lists, texts, numbers, flags and None")
 
 
 def asks_without_side_effects(case: WorldCase) -> None:
@@ -97,22 +101,22 @@ def asks_without_side_effects(case: WorldCase) -> None:
         first, second = ([seen(question) for question in world.pending()] for _ in range(2))
         require(
             first == second,
-            f"two calls of pending() in step {world.step + 1} differ: do not draw or change anything in it",
+            f"two calls of pending() in step {world.step + 1} differ: draw no random number and change no state in it",
         )
         if not first:
             return
         world.advance(case.answers(world.pending()))
     is_same = case.played(case.answers, looks=3).content() == case.usual.content()
-    require(is_same, "further calls of pending() change the episode: do not change anything in it")
+    require(is_same, "further calls of pending() change the episode: change no state in it")
 
 
 def opens_without_side_effects(case: WorldCase) -> None:
-    """`opening()` and `draw()` change nothing, so an episode does not depend on them."""
+    """`opening()` and `draw()` change no state, so calling them does not change an episode."""
     world = case.scenario.start(case.seed)
     first, second = (list(map(msgspec.json.encode, world.opening())) for _ in range(2))
-    require(first == second, "two calls of opening() return different records: do not draw or change anything in it")
+    require(first == second, "two calls of opening() return different records: draw nothing and change no state")
     is_same = case.drawn.content() == case.usual.content()
-    require(is_same, "draw() changes the episode: do not change anything in it")
+    require(is_same, "draw() changes the episode: change no state in it")
 
 
 def is_equal_from_equal_settings(case: WorldCase) -> None:
@@ -125,7 +129,7 @@ def is_equal_from_a_pickle(case: WorldCase) -> None:
     try:
         copy = pickle.loads(pickle.dumps(case.scenario))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
-        raise Skipped(f"the world cannot be pickled, which no run needs: {error}") from error
+        raise Skipped(f"pickle cannot copy the world, but runs do not need such copies: {error}") from error
     _check_same(case, case.played(case.answers, scenario=copy), "a pickled copy")
 
 
@@ -150,7 +154,7 @@ def _check_same(case: WorldCase, other: Episode, which: str, hint: str = _AGAIN)
 
 
 def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
-    """Questions that are asked early equal the later pending ones, and early answers change no record."""
+    """A question that is asked early equals the question asked in order, and early answers change no record."""
     rng = seeding.stream(case.seed, "check:order")
     orders: tuple[Callable[[int], int], ...] = (lambda n: 0, lambda n: n - 1, lambda n: int(rng.integers(n)))
     for pick in orders:
@@ -172,7 +176,7 @@ def follows_its_seed(case: WorldCase) -> str | None:
 
 
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
-    """`personas(seed)` returns a persona for each agent, and always the same ones."""
+    """`personas(seed)` returns one persona per agent, and the same personas in every call."""
     first, second = (case.scenario.personas(case.seed) for _ in range(2))
     agents = {question.agent for question in case.usual.questions}
     require(
@@ -192,14 +196,17 @@ def has_a_persona_for_every_agent(case: WorldCase) -> None:
 
 
 def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
-    """`strata(question)` returns texts or flags, under equal names for all questions of a kind."""
+    """`strata(question)` returns texts or flags, with the same names for all questions of a kind."""
     names: dict[str, set[str]] = {}
     for question in case.usual.questions:
         strata = case.scenario.strata(question)
         plain = all(isinstance(value, str | bool) for value in strata.values())
-        require(plain, f"strata of a '{question.kind}' are {dict(strata)!r}: use texts or flags with few values")
+        require(plain, f"strata() of a '{question.kind}' question is {dict(strata)!r}: use texts or flags as values")
         differing = sorted(names.setdefault(question.kind, set(strata)) ^ set(strata))
-        require(not differing, f"strata of some '{question.kind}' lack {', '.join(differing)}: always return all names")
+        require(
+            not differing,
+            f"strata() of some '{question.kind}' questions lacks {', '.join(differing)}: always return all names",
+        )
 
 
 def keeps_its_secrets(case: WorldCase) -> None:
@@ -209,18 +216,18 @@ def keeps_its_secrets(case: WorldCase) -> None:
         raise Skipped("its questions have no secret")
     for question in questions:
         shared = sorted(set(question.secret or ()) & set(question.observation))
-        require(not shared, f"a template can read the secret {', '.join(shared)}: remove it from the observation")
+        require(not shared, f"the observation contains the secret {', '.join(shared)}: remove it from the observation")
 
 
 def shows_images_where_it_says(case: WorldCase) -> None:
-    """Questions contain PNG or JPEG images if `shows_images` is true, else none."""
+    """Questions contain PNG or JPEG images if `shows_images` is true; otherwise they contain no images."""
     shows = case.scenario.shows_images
     for question in case.usual.questions:
         images, kind = question.images, question.kind
         is_said = bool(images) == shows
-        require(is_said, f"shows_images is {shows}, but a '{kind}' has {len(images)} images: correct shows_images")
+        require(is_said, f"shows_images is {shows}, but a '{kind}' question has {len(images)} images: correct it")
         known = all(image.startswith((b"\x89PNG", b"\xff\xd8\xff")) for image in images)
-        require(known, f"an image of a '{kind}' is neither PNG nor JPEG: encode it as one of them")
+        require(known, f"an image of a '{kind}' question is neither PNG nor JPEG: encode it as one of these")
 
 
 def declares_its_records(case: WorldCase) -> None:
@@ -235,42 +242,42 @@ def declares_its_records(case: WorldCase) -> None:
     steps = [record for record in scenario.records if record.stream == _STEPS]
     require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': exactly one must have it")
     missing = [key for key in _COMMON if key not in steps[0].__struct_fields__]
-    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs them; see RoundStep")
+    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs this, as in RoundStep")
     for kind, actions in scenario.actions().items():
         _check_actions(kind, actions, scenario.kinds)
     scenario.declared()
 
 
 def _check_actions(kind: str, actions: Actions, kinds: tuple[str, ...]) -> None:
-    require(kind in kinds, f"actions() contains '{kind}', which is no kind of question: use {', '.join(kinds)}")
+    require(kind in kinds, f"actions() has the key '{kind}', which is no kind of question here: use {', '.join(kinds)}")
     low, high = _ends(actions)
     is_one = low <= high and not (actions.labels and math.isfinite(low - high))
     require(is_one, f"actions()['{kind}'] is {actions}: give either labels, or low and high with low <= high")
     is_action = actions.idle is None or _is_among(actions, actions.idle)
-    require(is_action, f"the idle action of '{kind}', {actions.idle!r}, is not one of its actions")
+    require(is_action, f"actions()['{kind}'] has the idle action {actions.idle!r}, which is not one of its actions")
 
 
 def writes_what_it_declares(case: WorldCase) -> None:
-    """Every record has a declared class, the number of the step in which it was asked, and a known agent."""
+    """Every record has a declared class; records of steps have the step of their question, and a known agent."""
     agents = range(len(case.scenario.personas(case.seed)))
     for record in case.usual.records:
         name, is_declared = type(record).__name__, type(record) in case.scenario.records
         require(
             is_declared,
-            f"it writes a {name} (stream '{record.stream}'), which it does not declare: add it to `records`",
+            f"the world writes {name} (stream '{record.stream}') without declaring this class: add it to `records`",
         )
     for turn in case.usual.turns:
         step = turn.questions[0].step
         for row in steps_of(turn.records):
             require(
                 row.step == step,
-                f"a record of step {step} gives its step as {row.step}: write the current step; the first step is 1",
+                f"a record of step {step} has the number {row.step}: write the number of its step, counted from 1",
             )
             require(row.agent in agents, f"a record has agent {row.agent!r}, but the agents are 0 to {len(agents) - 1}")
 
 
 def records_every_step(case: WorldCase) -> None:
-    """Every agent that is asked in a step has a record of it, and at most one record per question."""
+    """Each agent that is asked in a step gets at least one record of this step, and at most one per question."""
     put = Counter(question.asked for question in case.usual.questions)
     rows = Counter((row.step, row.agent, getattr(row, "kind", None)) for row in steps_of(case.usual.records))
     for (step, agent, kind), times in rows.items():
@@ -279,30 +286,32 @@ def records_every_step(case: WorldCase) -> None:
     recorded = {(step, agent) for step, agent, _ in rows}
     for step, agent, _ in put:
         require(
-            (step, agent) in recorded, f"agent {agent} was asked in step {step}, but has no record of it: write one"
+            (step, agent) in recorded,
+            f"agent {agent} was asked in step {step}, but has no record of this step: write a record",
         )
 
 
 def decides_as_declared(case: WorldCase) -> None:
-    """Recorded actions are declared ones, or null after unreadable replies; outcomes are values of `Outcome`."""
+    """A recorded action is declared, or null after an unreadable reply; each outcome is a value of `Outcome`."""
     actions = case.scenario.actions()
     for row in steps_of((*case.usual.records, *case.silent.records)):
-        require(isinstance(row.outcome, Outcome), f"an outcome is {row.outcome!r}: use foundry.records.Outcome")
+        is_outcome = isinstance(row.outcome, Outcome)
+        require(is_outcome, f"a record has the outcome {row.outcome!r}: use foundry.records.Outcome")
         declared = declared_for(row, actions)
         if declared is None:
             continue
         if row.outcome in READABLE:
             require(
                 row.decision is not None and _is_among(declared, row.decision),
-                f"agent {row.agent} decided {row.decision!r} in step {row.step}; declared are only {declared}",
+                f"agent {row.agent} decided {row.decision!r} in step {row.step}, but actions() has only {declared}",
             )
         else:
             acts = f"agent {row.agent} has the action {row.decision!r} in step {row.step}"
-            require(row.decision is None, f"{acts}, but its reply is {row.outcome}: write null, as it chose nothing")
+            require(row.decision is None, f"{acts}, but the outcome {row.outcome}: record null instead of an action")
 
 
 def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
-    """Return the possible decisions for a record of a decision; None if none are declared."""
+    """Return the declared actions for the question behind a record; None if the world declares none."""
     kind = getattr(row, "kind", None)
     if kind is None and len(actions) == 1:
         return next(iter(actions.values()))
@@ -329,14 +338,15 @@ def loads_its_records_back(case: WorldCase) -> None:
         try:
             back = msgspec.json.decode(content, type=type(record))
         except msgspec.DecodeError as error:
-            raise Broken(f"a {name} cannot be read back: {error}; its line is {content[:200]!r}") from error
+            raise Broken(f"a record {name} cannot be read back: {error}; its line is {content[:200]!r}") from error
         require(
-            back == record, f"a {name} changes when it is read back: correct its types; its line is {content[:200]!r}"
+            back == record,
+            f"a record {name} changes when it is read back: correct its types; its line is {content[:200]!r}",
         )
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """If agents have personas, `opening()` contains an `Agent` with each persona of `personas(seed)`.
+    """If agents have personas, `opening()` returns a record `Agent` for each persona of `personas(seed)`.
 
     The persona of an agent that is born later is recorded at its birth.
     """
@@ -348,7 +358,7 @@ def opens_with_its_personas(case: WorldCase) -> None:
         personas = personas[: len(case.usual.turns[0].questions)]
     expected = {agent: persona for agent, persona in enumerate(personas) if persona}
     differ = f"opening() records the personas {recorded}, but personas({case.seed}) returns {expected}"
-    require(recorded == expected, f"{differ}: record these")
+    require(recorded == expected, f"{differ}: record the personas of personas()")
 
 
 def redraws_what_it_drew(case: WorldCase) -> None:
@@ -359,9 +369,9 @@ def redraws_what_it_drew(case: WorldCase) -> None:
     for step, picture in episode.pictures.items():
         require(picture.startswith(b"\x89PNG"), f"draw() returns no PNG after step {step}: encode the picture as PNG")
         is_same = again.draw(step) == picture
-        require(is_same, f"redraw() and draw() differ in step {step}: draw only from the records")
+        require(is_same, f"redraw() and draw() differ in step {step}: draw only what the records contain")
 
 
 def steps_of(records: Sequence[Record]) -> Iterator[Any]:
-    """Return the records of decisions."""
+    """Yield the records of the stream `steps`."""
     return (record for record in records if record.stream == _STEPS)

@@ -104,7 +104,7 @@ def case(model: type[Model], settings: Mapping[str, Any] | None = None) -> Model
 
 SOUND = case(Caller)
 BROKEN = [
-    (case(Unnamed), "says its name and kinds", "its name is ''"),
+    (case(Unnamed), "says its name and kinds", "name is ''"),
     (case(OtherKind, {"name": "own"}), "answers the world", "also asks call"),
     (case(Unplain), "says its parameters", "cannot be written as JSON"),
     (case(Restless), "says its parameters", "differ"),

@@ -54,7 +54,7 @@ def test_what_holds_is_said_line_by_line_and_several_of_a_kind_are_checked_each_
 def test_what_does_not_hold_is_told_and_the_exit_code_is_2(mine: Path):
     done = foundry("check", "model=forgetful", *SMALL, "--config-dir", "mine", "--json", cwd=mine)
     failed = [(one["check"], one["note"]) for one in json.loads(done.stdout)["findings"] if one["status"] == "failed"]
-    note = "parameters() lacks odds: add it, or models with different values share cached answers"
+    note = "parameters() lacks odds: add all of these, else models with different values share cached answers"
     assert done.returncode == 2 and failed == [("tells its settings apart", note)]
 
 
