@@ -35,7 +35,7 @@ FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
 """To compare means with nulls: minimum number of runs, level, and ignored bias as a share of half the range."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
-"""Beginning of the names of counts, such as the number of decisions that a share is computed from."""
+"""Beginning of the names of counts, such as the number of decisions behind a share."""
 
 
 class Silent(Model):
@@ -74,7 +74,7 @@ class SignatureCase:
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
             raise Skipped(
-                f"the signature measures a {kind.__name__}, and this world has none: choose another world with world=NAME"
+                f"it measures runs of class {kind.__name__}, which this world lacks: choose another with world=NAME"
             )
         taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
         if not taken:

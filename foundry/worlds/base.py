@@ -28,7 +28,7 @@ STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
 
 
 class Computed(Mapping[str, Any]):
-    """A mapping that computes a value when someone reads it. It suits `Question.secret`, which few policies read."""
+    """A mapping that computes a value only when it is read, since few policies read `Question.secret`."""
 
     def __init__(self, functions: Mapping[str, Callable[[], Any]]) -> None:
         self._functions = functions
@@ -69,7 +69,7 @@ class Question:
     again: int = 0
 
     def sampling_seed(self, seed: int) -> int:
-        """Return the sampling seed of this question's reply, derived from the seed of the run's calls."""
+        """Return the sampling seed of this question's reply, computed from the run's sampling seed `seed`."""
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
@@ -79,7 +79,7 @@ class Question:
 
     @property
     def told(self) -> Observation:
-        """Observation and secret in one mapping, for scripted policies."""
+        """The keys of `observation` and of `secret` in one mapping, for scripted policies."""
         if self.secret is None:
             return self.observation
         return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
@@ -115,12 +115,12 @@ class Answer(msgspec.Struct, frozen=True):
     logprobs: tuple[TokenLogprobs, ...] = ()
 
     def __hash__(self) -> int:
-        """Return a hash of all fields but the tokens, which have no hash. Readings are cached by answer."""
+        """Return a hash of all fields except `logprobs`, which cannot be hashed; answers are keys of caches."""
         return hash((self.text, self.ending, self.inference_s))
 
 
 class Ahead(ABC):
-    """Announces questions of an episode before its world reaches them.
+    """Returns questions of an episode before its world reaches them.
 
     A world waits in each round for the slowest answer. But if no missing answer can affect an agent, the agent's next
     questions are already known. This class returns these questions once each, equal to the world's later questions. The
@@ -129,7 +129,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def ready(self) -> Sequence[Question]:
-        """Return the new questions that can be asked now. It must return one if no answer is awaited."""
+        """Return the new questions that can be asked now. It must return a question if no answer is awaited."""
 
     @abstractmethod
     def take(self, asked: Asked, answer: Answer) -> None:
@@ -137,7 +137,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """If the next round is fully answered, move on and return it in the order of `pending`; else return nothing."""
+        """Return the next round's questions in the order of `pending`, and go on; nothing if an answer is missing."""
 
 
 class World(ABC):
@@ -170,7 +170,7 @@ class World(ABC):
         """Return the present state as a PNG."""
 
     def ahead(self) -> Ahead | None:
-        """Return an object that announces questions early, or None if every agent must wait for all others."""
+        """Return an object that asks questions early; None if every agent must wait for all other agents."""
         return None
 
 
@@ -195,7 +195,7 @@ class Redrawing(ABC):
 
     @property
     def shows_lanes(self) -> bool:
-        """Whether pictures show only decisions by agent and round; the viewer's page draws such pictures itself."""
+        """True if pictures only show decisions by agent and round; the viewer then draws them itself."""
         return False
 
     @abstractmethod
@@ -241,7 +241,7 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot redraw its runs: add a method `redraw` to its Scenario.")
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that files that the world reads have not changed since the episode began; by default it reads none.
+        """Check that no file that the world reads has changed since the episode began; by default, it reads none.
 
         Args:
             episode: the line of `episode.jsonl`.
@@ -263,7 +263,7 @@ class Scenario(ABC):
         return ({},)
 
     def null_arm(self) -> Mapping[str, Any]:
-        """Return settings that remove the studied cause from prompts, such as the fires; none by default.
+        """Return settings that remove the studied cause, such as fires, from prompts; none by default.
 
         Runs with these settings and the same seeds give the exact null distribution of the world's measures.
         """
@@ -274,7 +274,7 @@ class Scenario(ABC):
         return ()
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Read the decision from an answer to a question, as episodes of this scenario do.
+        """Read the decision from an answer to a question, by the same rules as in an episode.
 
         Raises:
             InputError: the scenario cannot read single replies, which is the default.
@@ -286,7 +286,7 @@ class Scenario(ABC):
         return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of about this length, which makes later prompts long; by default, text without meaning."""
+        """Return an answer of about this length, to estimate the longest prompts; by default, text without meaning."""
         return filler(characters)
 
     @abstractmethod

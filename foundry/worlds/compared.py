@@ -1,4 +1,4 @@
-"""The keys by which two recorded decisions are compared: a form's own (`COMPARED`), or general ones."""
+"""Chooses the keys in which two recorded decisions are compared; each form may name its keys (`COMPARED`)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Line = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Compared:
-    """Defines which keys of two lines of `steps.jsonl` are compared.
+    """Keys of `steps.jsonl` that are compared between two runs, such as a run and its fork.
 
     Attributes:
         state: keys that describe the agent's state and its action; None for all keys except texts.
@@ -43,7 +43,7 @@ class Compared:
 
 
 _BESIDE = {"step", "agent", "kind", "outcome", "message"}
-"""Keys of every form that identify a decision or hold text, and so do not describe a state."""
+"""Keys that identify a decision or contain text, in records of all forms; they describe no state."""
 
 
 def compared_of(form: str) -> Compared:

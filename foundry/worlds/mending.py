@@ -1,8 +1,8 @@
 """Mends broken JSON objects with the library json-repair, and rejects its guesses.
 
-The library guesses if it must, so its result is compared with the text. The result is rejected if the text names a key
-more often (the library merged two objects), or if a key contains quotation marks (it merged values). A value at the end
-of the text may be incomplete, so it becomes `Unfinished`.
+The library json-repair guesses unclear parts, so its object is compared with the text. The object is rejected in two
+cases. If a key occurs more often in the text, the library merged two objects. If a key contains quotation marks, the
+library merged values. A value at the end of the text may be incomplete, so it becomes `Unfinished`.
 """
 
 import re
@@ -15,10 +15,10 @@ LONGEST = 6_000
 """Maximum number of characters of an object that is mended."""
 
 MOST_QUOTES = 200
-"""Maximum number of quotation marks. The library may search the rest of the text at each of them."""
+"""Maximum number of quotation marks; at each mark, the library may search the rest of the text."""
 
 MOST_BRACKETS = 16
-"""Maximum number of opening brackets. The library calls itself at each of them, and Python limits such calls."""
+"""Maximum number of opening brackets; each bracket is a recursive call of the library, and Python limits these."""
 
 _CURLY = str.maketrans("“”„‟＂", '"""""')
 _KEY = re.compile(
@@ -37,7 +37,7 @@ class Mended(dict[str, Any]):
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """Stands for a value that may be incomplete, because the text ends with it."""
+    """Replaces the last value of a text, which may be incomplete."""
 
 
 KeyOf = Callable[[str], str | None]
@@ -78,7 +78,7 @@ def _is_small(text: str) -> bool:
 
 
 def is_glued(text: str) -> bool:
-    """Return whether a mended value may be several values, a part of one, or contain unknown escapes.
+    """Return whether a mended value may be wrong: several values, a part of a value, or with unknown escapes.
 
     Within one value, quotation marks open before they close: `He said "go" to me`, but not `go" or "stay`.
     """
@@ -111,7 +111,7 @@ def _names(value: Any) -> Iterator[str]:
 
 
 def _is_closed(rest: str) -> bool:
-    """Return whether the first value in the text ends before the text does."""
+    """Return whether the value at the beginning of the text is complete."""
     for opening, closing in (('"', '"'), ("'", "'"), ("“", "”"), ("[", "]"), ("{", "}")):
         if rest.startswith(opening):
             return closing in rest[1:]

@@ -57,11 +57,11 @@ def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
 
 
 def refuse_repeated_names(names: Iterable[str], where: str) -> None:
-    """Raise InputError if a name occurs twice; `where` names the list, as in `world.places`."""
+    """Raise InputError if a name occurs twice; `where` is the key of the named things, such as `world.places`."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            raise InputError(f"Two of {where} are named '{name}'. Give each its own name.")
+            raise InputError(f"{where} contains the name '{name}' twice. Give each entry its own name.")
         seen.add(name)
 
 

@@ -83,7 +83,7 @@ def test_all_numbers_are_named_and_the_closest_is_offered():
     assert "open" not in known and "fires.0.name" not in known
     with pytest.raises(InputError, match="Did you mean 'fires.0.distance'"):
         check_path("fires.0.distanc", "grid", [question()], [3.0])
-    with pytest.raises(InputError, match="cannot have any of these values"):
+    with pytest.raises(InputError, match="No moment allows any of these values"):
         check_path("fires.0.distance", "grid", [question()], [90.0])
 
 

@@ -181,7 +181,7 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
     asked = ("model=scripted/stay", "edit=alone", "moments=2", "runner.workers=1", "output.dir=out")
     command = ("probe", str(pilot), *asked)
     failed = foundry(*command, "--config-dir", "wrong", cwd=tmp_path)
-    assert "wrong/edits/alone.py cannot edit a question of kind" in failed.stderr + failed.stdout
+    assert "wrong/edits/alone.py cannot edit a '" in failed.stderr + failed.stdout
     done(*command, "--config-dir", "mine", cwd=tmp_path)
     assert "alone" in set(table(tmp_path / "out", "edits")["edit"])
 

@@ -1,1 +1,1 @@
-"""Environments of other libraries as worlds: Gymnasium for one agent, PettingZoo for several (extra `gym`)."""
+"""Environments of other libraries as worlds: Gymnasium for one agent, PettingZoo for several agents."""

@@ -1,4 +1,4 @@
-"""Computes the best policy of an environment that has a table of its rules."""
+"""Computes the best policy of an environment whose rules are a table of transition probabilities (`P`)."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +10,7 @@ from foundry.errors import InputError
 
 
 def plan_of(env: Any, steps: int) -> NDArray[np.int64] | None:
-    """Return the best action at each turn in each state, (turns, states); None without a table of the rules.
+    """Return the best action at each turn in each state, (turns, states); None if the environment has no table `P`.
 
     It uses backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
 
@@ -42,7 +42,7 @@ def _as_set(env: Any) -> str:
 
 
 def _arrays(rules: Mapping[int, Mapping[int, Any]]) -> tuple[Any, ...]:
-    """Return probability, next state, reward and 1 if the episode goes on, each (states, actions, outcomes)."""
+    """Return four arrays (states, actions, outcomes): probability, next state, reward, 1 if the episode goes on."""
     most = max(len(outcomes) for actions in rules.values() for outcomes in actions.values())
     shape = (len(rules), len(rules[0]), most)
     chance, reward, goes_on = np.zeros(shape), np.zeros(shape), np.zeros(shape)

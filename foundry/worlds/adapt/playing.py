@@ -1,4 +1,4 @@
-"""Steps environments of Gymnasium and PettingZoo through one interface: who acts now, and with which reward."""
+"""Plays environments of Gymnasium and PettingZoo through one interface: who acts now, and with which reward."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -89,7 +89,7 @@ def plain(value: Any) -> Any:
 
 
 def mask_of(*told: Any) -> list[int] | None:
-    """Return the mask of legal actions from the first argument that has one, else None."""
+    """Return the first mask of legal actions in an observation or info; None if neither has one."""
     for one in told:
         if isinstance(one, Mapping) and MASK in one:
             return [int(allowed) for allowed in one[MASK]]
@@ -120,7 +120,7 @@ class Playing(ABC):
 
     @abstractmethod
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
-        """Apply an action of the environment per agent; return the rewards, by id."""
+        """Apply the agents' actions, and return the rewards; both by agent id."""
 
     def picture(self) -> Any:
         """Return the present state as pixels, (height, width, 3), or None if the environment draws none."""
@@ -141,7 +141,7 @@ class OfOne(Playing):
         self._over = False
 
     def asked(self) -> Mapping[int, Seen]:
-        """Return agent 0, until the environment ends or truncates the episode."""
+        """Return agent 0; nothing once the episode is over."""
         return {} if self._over else {0: Seen(self.state, self._mask)}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:

@@ -310,7 +310,7 @@ class GymnasiumWorld(Adapted):
         return made
 
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return 1 and the environment's action space."""
+        """Return the number of agents, 1, and the environment's action space."""
         return 1, made.action_space
 
 
@@ -355,7 +355,7 @@ class ParallelWorld(PettingZooWorld):
 
 
 def _import_installed(package: str) -> None:
-    """Import an installed package. Other modules are rejected, because a record of unknown origin may name them."""
+    """Import an installed package. Reject other modules, since a stranger's record may name harmful ones."""
     if package not in packages_distributions():
         message = f"world.package={package} is not installed. Install the package that contains it."
         raise NotInstalledError(message, _INSTALL)

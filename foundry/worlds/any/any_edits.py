@@ -10,7 +10,7 @@ from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.editing import Edit, drawn, observing
 
 JPEG_QUALITY = 95
-"""A high quality, because encoding a JPEG again loses detail."""
+"""Quality of an edited JPEG; a high value, because encoding an image again loses detail."""
 _GREY = (128, 128, 128)
 _LISTS = ("names", "choices")
 """Keys of an observation that hold a list of options."""
@@ -57,7 +57,7 @@ def other_image(question: Question, others: Sequence[Question]) -> Question | No
 
 
 def places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the positions, from `2`, of the options that `permute_options` can list first."""
+    """Return the positions of the options that `permute_options` can move to the front: `2`, `3` and so on."""
     most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
     return tuple(str(place) for place in range(2, most + 1))
 
@@ -82,7 +82,7 @@ def attributes(scenario: Scenario) -> tuple[str, ...]:
 
 
 def swap_persona(question: Question, others: Sequence[Question], part: str | None = None) -> Question | None:
-    """Replace the agent's persona, or one attribute of it, by that of another moment; None if all are equal."""
+    """Copy the agent's persona, or one attribute (`part`), from another moment; None if all moments have the same."""
     own = question.observation.get("persona")
     if not own:
         return None
@@ -92,7 +92,7 @@ def swap_persona(question: Question, others: Sequence[Question], part: str | Non
 
 
 def with_part(own: Mapping[str, str], other: Mapping[str, str], part: str | None) -> dict[str, str]:
-    """Return `own` with the attribute `part` of `other`; without a part, return `other`."""
+    """Return the persona `own` with one attribute, `part`, copied from `other`; without a part, return `other`."""
     if part is None:
         return dict(other)
     return {name: other.get(name, value) if name == part else value for name, value in own.items()}

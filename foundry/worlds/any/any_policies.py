@@ -30,7 +30,7 @@ class Random(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Every kind, since each question has its options."""
+        """Answers every kind of question, by its options."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question that lists no legal replies."""
@@ -64,11 +64,11 @@ class Random(ScriptedModel):
 
 
 class Stay(ScriptedModel):
-    """Always gives the idle reply of the world: it stays in place and says nothing."""
+    """Always gives the idle reply to a question; in 2D worlds, the agent stays in place and says nothing."""
 
     @property
     def kinds(self) -> None:
-        """Every kind, since each question has its idle reply."""
+        """Answers every kind of question, by its idle reply."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question without an idle reply."""
@@ -96,7 +96,7 @@ class First(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Every kind, since each question has its options."""
+        """Answers every kind of question, by its options."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question that has neither options nor an idle reply."""

@@ -1,10 +1,10 @@
-"""Finds the agents of a 2D world that foundry can ask before the other agents have completed the same step.
+"""Finds agents of a 2D world that can be asked already, although other agents have not completed earlier steps.
 
-An agent's question depends on the agents within `communication_distance` in its area, on the number of agents in its
-place, and on its neighbours' messages. An agent moves by at most one cell per step. So an agent that is n steps behind
-will be within n cells (Manhattan distance) of its present cell. If no agent behind can come near an agent, this agent's
-perception does not depend on their decisions. This is the rule of conservative discrete-event simulation; for agents of
-language models see Xie et al., AI Metropolis, arXiv:2411.03519.
+An agent's question depends on its neighbours' cells and messages, and on the number of agents in its place. An agent
+moves by at most one cell per step. So an agent that lags n steps behind will then be at most n cells away from its
+present cell (Manhattan distance). If no lagging agent can come near agent A in this time, A's next question is known,
+and foundry asks it early. Conservative discrete-event simulation uses the same rule; for agents played by language
+models, see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
 
 from collections import deque
@@ -26,7 +26,7 @@ Target: TypeAlias = Callable[[Cell, str | None], Cell]
 """A function that returns the cell after a move in a direction; the direction None means staying."""
 
 MOST_STEPS = 32
-"""Maximum number of steps by which an agent may be ahead of another; a larger number rarely saves time."""
+"""Maximum number of steps by which an agent may be ahead of another; larger values hardly save time."""
 
 MOST_WAITING = 20_000
 """Maximum number of answers that wait in memory for the slowest agent; each takes a few KB."""
@@ -43,11 +43,11 @@ _KNOWN: dict[type[msgspec.Struct], str] = {
     Fire: "name start position intensity radius",
     History: "memory messages",
 }
-"""The settings for which the rule of this module holds, by the class that has them."""
+"""Settings under which questions can be asked early, by the class of the settings."""
 
 
 def is_known(settings: GridSettings) -> bool:
-    """Return whether the rule of this module holds for a world: settings that it does not know have their defaults."""
+    """Return whether agents can be asked early: all settings outside `_KNOWN` have their default values."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
         one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
@@ -61,7 +61,7 @@ _fields = cache(msgspec.structs.fields)
 
 
 def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray:
-    """Return which agents can come within reach of a cell in a number of steps, shape (n,).
+    """Return for each agent whether it can come close enough to a cell in its remaining steps, (n,).
 
     The reachable cells form a square standing on its corner, |x| + |y| <= steps. The result says whether the nearest
     point of this square is within reach.
@@ -80,7 +80,7 @@ def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray
 
 
 def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
-    """Return which agents can enter a place within a number of steps, shape (n,); cells (n, 2), steps (n,)."""
+    """Return for each agent whether it can enter a place in its steps, (n,); cells (n, 2), steps (n,)."""
     low, high = np.array([place.x_min, place.y_min]), np.array([place.x_max, place.y_max])
     away = np.maximum(low - cells, 0) + np.maximum(cells - high, 0)
     return np.asarray(away.sum(axis=1) <= steps)
@@ -99,7 +99,7 @@ class Kept:
 
 @dataclass
 class _Moment:
-    """The state of the agents in one step, as far as it is known.
+    """The known part of the state in one step; some agents have not reached this step yet.
 
     Attributes:
         cells: cell of each agent, (n, 2).
@@ -131,7 +131,7 @@ class GridAhead(Ahead):
         cells: Sequence[Cell],
         kept: Sequence[Kept],
     ) -> None:
-        """Begin at a step, before its messages.
+        """Begin before the message questions of a step.
 
         Args:
             settings: the configured world.
@@ -178,7 +178,7 @@ class GridAhead(Ahead):
             self._take_action(self._moments[step], agent, answer)
 
     def next_round(self) -> Sequence[Asked]:
-        """Return the step, agent and kind of each question of the world's next round, once all of them are answered."""
+        """Return the identities of the questions in the world's next round; nothing if an answer is missing."""
         step, kind = self._round
         agents = len(self._kept)
         moment = self._moments.get(step)
@@ -190,7 +190,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Return the agent that this agent must wait for, or None: of those that may come near, the furthest behind."""
+        """Return the agent to wait for: the one furthest behind of the agents that may come near; None if none may."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):

@@ -48,7 +48,7 @@ class Furniture:
 
 
 def draw_furniture(axes: Axes, furniture: Furniture) -> None:
-    """Draw walls, exits with their names, zones, burning cells and food, below fires and agents."""
+    """Draw walls, exits with their names, zones, burning cells and food; fires and agents appear above these."""
     _fill(axes, [cell for cell, _ in furniture.food], FOOD_COLOUR, [0.2 + 0.6 * full for _, full in furniture.food])
     for _, cells in furniture.zones:
         _fill(axes, cells, ZONE_COLOUR, 0.2)
@@ -75,7 +75,7 @@ def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequenc
 
 
 PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBBBB")
-"""Colours that people with common colour-vision deficiencies can tell apart (Okabe and Ito); fires have vermilion."""
+"""Colours that colour-blind people can tell apart (Okabe and Ito); `FIRE_COLOUR` is from the same palette."""
 
 FIRE_COLOUR = "#D55E00"
 PLACE_COLOUR = "#E8E8EE"

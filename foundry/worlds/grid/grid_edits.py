@@ -10,7 +10,7 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit, observing
 
 HIGHER = 100
-"""The edit `rename_agents` adds this to the number of every agent."""
+"""Number that the edit `rename_agents` adds to every agent's number."""
 Moving: TypeAlias = Callable[[float, float], tuple[float, float]]
 """A function that returns the new position of a point (x, y)."""
 _SIDES = {"left": "right", "right": "left"}
@@ -61,7 +61,7 @@ def _placed(
 
 
 def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
-    """Return a thing with its middle (`x`, `y`) and its edges (`x_min` to `y_max`) moved, as far as it has them."""
+    """Return a copy of an entry, such as a place or fire, with its point (`x`, `y`) or edges (`x_min`, ...) moved."""
     changed = dict(thing)
     if "x" in thing:
         changed["x"], changed["y"] = move(thing["x"], thing["y"])

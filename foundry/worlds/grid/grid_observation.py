@@ -61,7 +61,7 @@ class Scene:
     def step_of(
         self, index: int, cell: Cell, arrived: Cell, message: MessageReading, action: ActionReading
     ) -> dict[str, Any]:
-        """Return the fields of a `GridStep` except `step`, `agent` and `place`, for the agent at `index` of this scene.
+        """Return the fields of one agent's `GridStep`, except `step`, `agent` and `place`.
 
         Args:
             index: index of the agent in the sequences of this scene.
@@ -111,7 +111,7 @@ class Perception:
     def _observe(
         self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
     ) -> Scene:
-        """Return the scene at `step`; ids are ascending, and the cells are in the same order."""
+        """Return the scene at `step`; `ids` are ascending, and `cells` are in the order of `ids`."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
         near = self._near(grid, area_of)
@@ -132,7 +132,7 @@ class Perception:
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
-        """Return the ids of an agent's neighbours, and its observation, as `observe` would.
+        """Return the ids of one agent's neighbours, and its observation; both equal the result of `observe`.
 
         Args:
             step: 1-based step.
@@ -175,12 +175,12 @@ class Perception:
         }
 
     def _seen(self, agent: int, cell: Cell, area: int) -> dict[str, Any]:
-        """Return the part of an observation about an agent that its neighbours see."""
+        """Return the data about an agent that its neighbours observe."""
         place = None if area == OUTSIDE else self._seen_places[area]
         return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
 
     def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
-        """Return the observation of a place by the agents in it; `agents` is their number. None outside all places."""
+        """Return what agents in a place observe of it, given the number of these agents; None outside all places."""
         if area == OUTSIDE:
             return None
         place = self._settings.places[area]
@@ -255,5 +255,5 @@ def deliveries(
 
 
 def heard(message: Message) -> dict[str, Any]:
-    """Return a delivered message in the form of the observation's key `received`."""
+    """Convert a delivered message to an entry of `received` in an observation."""
     return {"sender": message.sender, "text": message.text}

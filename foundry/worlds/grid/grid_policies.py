@@ -18,7 +18,7 @@ LEADER = "leader"
 """The role of leaders, who know the exits."""
 _WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
 _WAYS = {way: OFFSETS[way] for way in ("right", "up", "left", "down")}
-"""The directions in the order of preference, which lets agents eat the food row by row."""
+"""The directions in the order of preference: `right` is first, so that agents eat the food row by row."""
 
 
 def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:
@@ -92,7 +92,7 @@ class Seek(ScriptedModel):
     """Takes a shortest path to the nearest place and stays there; it says which place it is in, or goes to."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Name the place where it is, or to which it goes."""
+        """Name the place where the agent is, or the place to which it goes."""
         if observation["place"]:
             return say(f"I am in {observation['place']['name']}.", reasoning="Others may want to know.")
         goal = _nearest(observation)

@@ -134,12 +134,12 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def ground(self) -> Ground:
-        """The walls and exits; a new object each time, since it caches the view from each cell."""
+        """The walls and exits; each access returns a new object, which caches the view from each cell."""
         return Ground(self.half_size, self.walls, self.exits)
 
     @property
     def field(self) -> Field:
-        """The grid, its places, and the cells where no agent may start: walls, exits, zones, or without a way out."""
+        """The grid, its places, and the cells where no agent starts: walls, exits, zones, cells without a way out."""
         if not (self.walls or self.exits or self.zones):
             return Field(self.half_size, self.places)
         ground = self.ground
@@ -193,7 +193,7 @@ def _unplaced(item: Any, position: str, where: str) -> Any:
 
 
 def _check_drawn(settings: GridSettings) -> None:
-    """Reject drawn positions if even agents that ignore places and fires would be affected by where these are."""
+    """Reject `draw_positions` if positions of places and fires would affect even agents that ignore them."""
     if settings.furnished:
         raise InputError(
             "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "
@@ -229,7 +229,7 @@ def _check(settings: GridSettings) -> None:
 
 
 def _check_ground(settings: GridSettings) -> None:
-    """Reject parts off the grid, and exits that share a cell with a wall or another exit."""
+    """Reject walls, zones and exits off the grid, and exits that share a cell with a wall or another exit."""
     refuse_repeated_names((one.name for one in settings.exits), "world.exits")
     dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
     refuse_repeated_names(dangers, "world.zones and world.fires")
@@ -246,9 +246,7 @@ def _check_ground(settings: GridSettings) -> None:
     for one in settings.exits:
         for cell in one.cells:
             if cell in taken:
-                raise InputError(
-                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}. Give each its own cells."
-                )
+                raise InputError(f"Exit '{one.name}' and {taken[cell]} share the cell {list(cell)}. Move one of them.")
             taken[cell] = f"exit '{one.name}'"
 
 

@@ -79,7 +79,7 @@ class GridScenario(Scenario):
         return GridWorld(settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
 
     def null_arm(self) -> dict[str, Any]:
-        """Return the setting that hides fires from all agents, or no setting if no measure compares with such runs."""
+        """Return the setting that hides fires from agents; no setting if no measure needs runs with hidden fires."""
         settings = self.settings
         needed = settings.fires and settings.tell_fires and not settings.draw_positions
         return {"tell_fires": False} if needed and not any(fire.spread for fire in settings.fires) else {}
@@ -224,9 +224,9 @@ class GridWorld(World):
         return draw(self.frame())
 
     def ahead(self) -> Ahead | None:
-        """Return an object that asks agents ahead of their step; None in the middle of a step.
+        """Return an object that asks some agents before others have completed the same step.
 
-        It is also None if the world has settings or code for which the rule of `dependence` may not hold.
+        It is None in the middle of a step, and if settings or code may break the rule of `dependence`.
         """
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None

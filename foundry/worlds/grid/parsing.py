@@ -1,18 +1,19 @@
 """Reads decisions from replies; never invents a decision.
 
-`chosen`: apart from blanks around it, the text is one JSON object with the requested keys and values. Other keys are
-ignored. `memory` and `reasoning` may be missing or null; so may `message`, which then means silence.
+The outcome is `chosen` if the text, apart from blanks, is one JSON object with the requested keys and values. Keys
+that the prompt does not request are ignored. `memory` and `reasoning` may be missing or null. A missing `message`, or
+null, means silence.
 
-`repaired`: the fallback found one clear decision. It skips thinking, code fences, other text around the object, and
-remarks on a value. It also reads nested objects, broken JSON (`foundry.worlds.mending`), lines in place of an object,
-and other names of keys, actions and directions (`words`). A message such as "no message" is silence. If `memory` or
-`reasoning` is no text, its JSON is kept.
+The outcome is `repaired` if a text in another form contains one clear decision. The reader skips thinking, code fences,
+text around the object, and remarks on a value. It understands nested objects, broken JSON (`foundry.worlds.mending`),
+lines such as "action: stay" instead of an object, and other names of keys, actions and directions (`words`). A message
+such as "no message" means silence. If `memory` or `reasoning` is not a text, its value is kept as JSON.
 
-`unreadable` (`truncated` if the text was cut): there is no object, an object has no decision, a key has several values,
-or objects disagree. Also unreadable are a value that may continue after a cut, a copy of the prompt's placeholder, and
-an unknown word in a decision.
+The outcome is `unreadable` (in a cut text, `truncated`) if the text has no decision, if a key has several values, or if
+objects disagree. A decision is also unreadable if it may continue after the cut, copies the prompt's placeholder, or
+contains an unknown word.
 
-Time is linear in the length of the reply.
+The time to read a reply is linear in its length.
 """
 
 import json
@@ -44,12 +45,12 @@ class MessageReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all objects in a reply must give the same one."""
+        """The values on which all objects in a reply must agree."""
         return (self.outcome is Outcome.UNREADABLE, self.text)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The letters of the message; mending and the lines of a text must give the same, but may differ in quotes."""
+        """The message without quotes and other marks; a mended object and the lines of its text must agree on it."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
@@ -76,24 +77,24 @@ class ActionReading:
 
     @property
     def is_kept(self) -> bool:
-        """Whether the agent will remember a text from the reply."""
+        """True if the reply gives the agent a text to remember."""
         return self.is_read and bool(self.memory.strip())
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all objects in a reply must give the same one."""
+        """The values on which all objects in a reply must agree."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The decision; mending and the lines of a text must give the same one."""
+        """The values on which a mended object and the lines of its text must agree."""
         return self.decision
 
 
 Reading = TypeVar("Reading", MessageReading, ActionReading)
 
 _REMEMBERED = 4096
-"""Number of replies whose readings are kept, because a reply may be read ahead of its round and again in it."""
+"""Number of cached readings; a reply to an early question is read twice: at once, and in its round."""
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -136,7 +137,7 @@ def read_as(
 def _agreed(
     candidates: Iterable[dict[str, Any]], interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Reading | None:
-    """Return the decision on which all candidates agree that have one; None if none has one, or if they disagree.
+    """Return the decision in the candidates; None if no candidate has a decision, or if decisions differ.
 
     A mended candidate with an unreadable decision, such as a copy of the prompt's placeholder, is skipped.
     """
@@ -170,7 +171,7 @@ def _candidates(
 
 
 def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
-    """Return a function that mends a broken object; the result is empty unless the lines of its text say the same."""
+    """Return a function that mends a broken object; the result is empty if the lines of its text say something else."""
 
     def mend(text: str) -> Mended:
         found = mended(text, _decisive)
@@ -205,7 +206,7 @@ def _decides(found: dict[str, Any]) -> bool:
 
 
 def _holds_inner(found: dict[str, Any]) -> bool:
-    """Return whether a decisive key holds an object with a decision, as in `{"decision": {"action": ...}}`."""
+    """Return whether a key such as `decision` contains another decision: `{"decision": {"action": ...}}`."""
     return any(_decisive(key) and _decides(one) for key, value in found.items() for one in _objects(value))
 
 
@@ -238,7 +239,7 @@ def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
 
 
 def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
-    """Return whether a text may be no message of the agent: a copy of the prompt, or badly mended JSON."""
+    """Return whether a text is perhaps not the agent's message, but a copied placeholder or badly mended JSON."""
     if message is not None and is_placeholder(message):
         return True
     return isinstance(found, Mended) and ("message" not in fields or is_glued(message or ""))
@@ -271,13 +272,13 @@ _ASIDE = re.compile(
     r"(?![a-z])",
     re.IGNORECASE,
 )
-"""Keys with these names hold no present decision, but a past, possible or rejected one."""
+"""Names of keys that contain a past, possible or rejected decision, such as `previous_action`."""
 
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
 def fields_of(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the object if it has only the requested keys, or else its values under the requested keys."""
+    """Return the object itself if it has only requested keys; otherwise its values, under the requested keys."""
     if found.keys() <= _ASKED:
         return found
     plain = merged([(key.strip().lower(), value) for key, value in found.items()])
@@ -298,7 +299,7 @@ def _is_text(value: object) -> bool:
 
 
 def text_of(value: object) -> str:
-    """Return a string unchanged, None as "" and any other value as JSON, without lone surrogates."""
+    """Convert a value to text: None to "", and other values to JSON; remove lone surrogates."""
     if value is None:
         return ""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

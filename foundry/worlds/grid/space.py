@@ -32,7 +32,7 @@ OUTSIDE = -1
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rectangle of cells with a capacity, which prompts state and nothing enforces.
+    """A rectangle of cells. Prompts state its capacity, but more agents can enter.
 
     Attributes:
         name: unique name.
@@ -85,7 +85,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """The grid from -half_size to +half_size on both axes, its places, and other cells where no agent may start."""
+    """The grid from -half_size to +half_size on both axes; no agent starts in its `places` or `closed` cells."""
 
     half_size: int
     places: tuple[Place, ...]
@@ -109,7 +109,7 @@ class Field:
         return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
-        """Return which cells are on the grid, in no place and not closed; cells has shape (n, 2), the result (n,)."""
+        """Return for each cell whether it is on the grid, outside all places and not closed, (n,); cells (n, 2)."""
         on_grid = (np.abs(cells) <= self.half_size).all(axis=1)
         free = np.asarray(on_grid & (self.areas(cells) == OUTSIDE))
         if self.closed:
@@ -158,7 +158,7 @@ def _all_pairs(count: int) -> tuple[IntArray, IntArray]:
 
 
 def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return the first and the second agent of every pair within `reach`, and perhaps of a few more pairs."""
+    """Return the first and the second agents of all pairs within `reach`, and perhaps of a few pairs beyond it."""
     from scipy.spatial import cKDTree
 
     # Slightly more than `reach`, so that the tree's rounding never decides.
@@ -232,7 +232,7 @@ def perceived_fires(
 
 
 def fires_perceived_at(cell: Cell, fires: Sequence[Fire], step: int) -> list[dict[str, Any]]:
-    """Return the fires that one agent perceives, as `perceived_fires` does for many; no fire may spread.
+    """Return the fires that an agent perceives from a cell; only for worlds in which no fire spreads.
 
     For a single agent, plain numbers are much faster than arrays.
     """

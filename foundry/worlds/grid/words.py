@@ -1,4 +1,4 @@
-"""Reads lines such as "action: stay" in a reply, and the meaning of words; each word outside a remark must be known."""
+"""Reads lines such as "action: stay", and the meaning of words; an unknown word makes a decision unreadable."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from foundry.worlds.replies import merged
 
 
 class _Words(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The content of `words.toml`, where ` | ` or a line break separates words."""
+    """The content of `words.toml`. In this file, ` | ` or a line break separates words."""
 
     keys: dict[str, str]
     meanings: dict[str, str]
@@ -39,8 +39,9 @@ REMARKS = (
     "(", "[", ",", ":", ";", ".", "-", "–", "—", "//", "#", "/*",
     "toward", "because", "since", "so ", "as ", "to ",
 )  # fmt: skip
+"""Beginnings of a remark after any decision, as in "up (safer)"; the remark does not change the decision."""
 STAYING_REMARKS = ("in ", "at ", "here", "inside", "within", "on ", "for ", "until", "where", "there")
-"""Beginnings of a remark that does not change the decision before it; STAYING_REMARKS only after a decision to stay."""
+"""Beginnings of a remark after a decision to stay, as in "stay here"; the remark does not change the decision."""
 
 DOUBTS = frozenset(
     ("not", "no", "don't", "dont", "never", "or", "unless", "if", "maybe", "perhaps", "possibly", "either", "then",
@@ -52,7 +53,7 @@ DOUBTS = frozenset(
 NO_DIRECTION = frozenset(("", "null", "none", "n/a", "na", "nil", "-", "--", "no direction", "なし", "无", "無"))
 
 BLANKS = frozenset(("message", "text", "string", "content", "your", "insert", "optional", "brief", "short"))
-"""Words that make a message in angle brackets a placeholder: "<your message>", but not "<fire near cafe>"."""
+"""Words of placeholders: "<your message>" contains such words, but "<fire near cafe>" is a real message."""
 
 _DIRECTIONS = frozenset((UP, DOWN, LEFT, RIGHT))
 _LONGEST = 120
@@ -89,7 +90,7 @@ class _Phrase:
 
 
 _REMEMBERED = 4096
-"""Maximum number of normalised texts in the cache; almost every reply repeats the same keys and values."""
+"""Maximum number of cached texts; caching pays, since almost all replies contain the same keys and values."""
 
 _STAYING = Meaning("stay", None)
 _MEANINGS = dict.fromkeys(_split(_WORDS.fillers), _FILLER) | {
@@ -123,7 +124,7 @@ def key_of(name: str) -> str | None:
 
 
 def understand(action: object, direction: object) -> Meaning | None:
-    """Return the meaning of a reply's `action` and `direction` together, or None if it is uncertain.
+    """Return the action that the values of `action` and `direction` mean together; None if they are uncertain.
 
     Either value may give the direction, but the two must not give different directions.
     """
@@ -168,7 +169,7 @@ def _plain(text: str) -> str:
 
 
 def _text(value: object) -> str | None:
-    """Return the normalised text of a value, or of the few texts in a list or object; None for any other value."""
+    """Return the normalised text of a value, which may be a short list or object of texts; else None."""
     if isinstance(value, dict):
         value = [part for key, one in value.items() for part in (key if key.lower() not in _GENERIC else "", one)]
         value = [part for part in value if part not in ("", None)]
@@ -219,7 +220,7 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Maximum number of labels such as "action:" in a text; a text with more is no reply to the question."""
+"""Maximum number of labels such as "action:" in a reply; longer texts contain no clear decision."""
 
 _NAMES = "|".join(
     re.escape(name) for names in _WORDS.keys.values() for name in sorted(_split(names), key=len, reverse=True)
@@ -266,7 +267,7 @@ def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
 
 
 def _value(key: str, text: str) -> str:
-    """Return a value without markup and without a comment after it; of a decision, only the first line."""
+    """Return a value without markup and the comment after it; for a decision, return only its first line."""
     text = _COMMENT.sub(r"\1", text)
     value = text.strip(_MARKUP).removesuffix("}").strip(_MARKUP)
     if key in ("action", "direction"):

@@ -1,14 +1,15 @@
 """Finds edits. An edit changes what an agent perceives in a moment, and says how its decision should change.
 
-A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is `invariance` (the decision should
-not change), `equivariance` (it should change as `expected` says) or `cause` (the edit removes a possible cause of the
-decision). `edit` returns another question, or None if there is nothing to change. It acts on the structured observation
-and the images, never on text. Shipped edits are the `EDITS` of `foundry/worlds/<form>/<form>_edits.py`; those in `any`
-fit every form.
+A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is one of three words. With
+`invariance`, the decision should not change. With `equivariance`, the decision should change to `expected(action)`.
+With `cause`, the edit removes a possible cause of the decision. `edit` returns a changed question, or None if it has
+nothing to change. It changes only the structured observation and the images, never the prompt's text. The shipped edits
+of a form are `EDITS` in `foundry/worlds/<form>/<form>_edits.py`; the edits of the folder `any` fit every form.
 
-`edit` may take more arguments by name: `part`, and `others`, the questions of all other moments of this seed and of the
-next seed. A function `parts(scenario)` lists the parts of the edit: `swap_persona.age` changes the part `age`, and
-`swap_persona.each` stands for all parts. `expected(action)` may also take the argument `scenario`.
+The function `edit` may have two more parameters. It gets as `others` the questions of all other moments of this seed
+and of the next seed. It gets as `part` the name of the part to change, if the module has a function `parts(scenario)`
+that lists the names of the edit's parts. For example, `swap_persona.age` changes the part `age`, and
+`swap_persona.each` stands for one edit per part. The function `expected` may have the parameter `scenario` too.
 """
 
 import inspect
@@ -33,7 +34,7 @@ SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""Name that stands for all parts of an edit, as in `swap_persona.each`."""
+"""Name that stands for every part of an edit: `swap_persona.each` means one edit per part."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class Edit:
             return None if changed == question and self.moves is None else changed
         except Exception as error:  # the boundary: report any error of a user's file under its name
             cause = one_line(f"{type(error).__name__}: {error}")
-            raise InputError(f"{self.origin} cannot edit a question of kind {question.kind}: {cause}") from error
+            raise InputError(f"{self.origin} cannot edit a '{question.kind}' question: {cause}") from error
 
     def described(self, scenario: Scenario) -> dict[str, Any]:
         """Return the edit's name, its kind and its expected actions, as `sweep.yaml` records them."""
@@ -88,7 +89,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with `subject` and those of the `known` arguments that it has parameters for."""
+    """Call a function with `subject`, and with the arguments in `known` for which it has parameters."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
@@ -97,14 +98,14 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return the edit with this name in a list; for `<edit>.each`, one edit per part."""
+    """Return a list: the edit with this name or, for a name such as `swap_persona.each`, one edit per part."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:
         return [find_edit(name, scenario)]
     parts = parts_of(whole, scenario)
     if not parts:
-        raise InputError(f"edit={name}: '{whole}' has no parts in world '{scenario.name}'. Leave .{EACH} out.")
+        raise InputError(f"Edit '{whole}' has no parts in world '{scenario.name}'. Use edit={whole} without .{EACH}.")
     return [find_edit(f"{whole}.{one}", scenario) for one in parts]
 
 
@@ -156,7 +157,7 @@ def shipped_edits(*forms: str) -> dict[str, Path]:
 
 
 def edits_of(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form: edits for every form, edits for this form, the user's edits."""
+    """Yield the edits for worlds of a form: edits that fit every form, edits of this form, and the user's own."""
     for room in ("any", form):
         yield from _edits_in(room)
     for own in own_modules("edits"):
@@ -178,7 +179,7 @@ def _own_edit(module: ModuleType, origin: str) -> Edit:
             f"{origin} cannot be used as an edit ({error}). It needs NAME, LEAVES and a function edit(question)."
         ) from error
     if edit.leaves not in LEAVES:
-        raise InputError(f"{origin}: LEAVES is {edit.leaves!r}. Choose from {', '.join(LEAVES)}.")
+        raise InputError(f"{origin} has LEAVES = {edit.leaves!r}. Choose from {', '.join(LEAVES)}.")
     if edit.leaves == "equivariance" and "expected" not in optional:
         raise InputError(f"{origin}: an edit of equivariance needs a function expected(action).")
     return edit
@@ -191,5 +192,5 @@ def observing(question: Question, **changes: Any) -> Question:
 
 
 def drawn(question: Question, name: str, among: Sequence[Any]) -> Any:
-    """Draw one of several values, always the same for a moment; return None if there are none."""
+    """Draw one of the values; the same moment always gets the same value. Return None if there are no values."""
     return among[int(stream(question.sampling_seed(0), name).integers(len(among)))] if among else None

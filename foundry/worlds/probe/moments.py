@@ -43,7 +43,7 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Strata: TypeAlias = Mapping[str, str | bool]
-"""Properties of a moment by name, over whose values a probe samples evenly."""
+"""Properties of a moment by name; a probe takes about equally many moments for each value."""
 
 
 class Moments(msgspec.Struct, frozen=True, kw_only=True):
@@ -69,7 +69,7 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """An answer from a log of calls, without the other keys of its line."""
+    """An answer in a log of calls; the world needs only these keys of the log."""
 
     step: int
     agent: int
@@ -108,7 +108,7 @@ def moments_in(file: Path, sha256: str | None = None) -> Moments:
 
 @lru_cache(maxsize=8)
 def read_moments(path: str, sha256: str) -> Moments:
-    """Return the moments of a file with this hash, which is read only once."""
+    """Return the moments in a file, and check the file's hash; repeated calls do not read the file again."""
     return moments_in(Path(path), sha256)
 
 
@@ -171,7 +171,7 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
 
 
 def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
-    """Yield each question of a run, and the number of earlier questions of its kind to the agent in its step."""
+    """Yield each question, and the number of earlier questions with the same step, agent and kind."""
     counts = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
         for question in pending:
@@ -193,7 +193,7 @@ def _answer(question: Question, left: list[Said]) -> Answer:
     if said is None or (said.step, said.agent, said.kind) != question.asked:
         step, agent, kind = question.asked
         raise RecordError(
-            f"The world no longer asks its recorded questions. Now it asks the {kind} of agent {agent} at step {step}; "
+            f"The world no longer asks its recorded questions. Asked now: the {kind} of agent {agent} at step {step}; "
             f"recorded: {'nothing' if said is None else f'the {said.kind} of agent {said.agent} at step {said.step}'}."
         )
     return said.answer

@@ -13,7 +13,7 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""Difference between `Question.again` of two repeats; larger than any number of repetitions within a world's step."""
+"""Number by which `Question.again` grows per repeat; larger than every value of `again` in the recorded world."""
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
@@ -36,7 +36,7 @@ class ProbeStep(RoundStep, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Put:
-    """One repeat of a question in a moment."""
+    """One repeat of the question in a moment; a probe asks each question several times."""
 
     moment: Moment
     repeat: int
@@ -78,7 +78,7 @@ class ProbeScenario(Scenario):
         sampling: Mapping[str, Any] | None = None,
         kept: Mapping[str, str] | None = None,
     ) -> None:
-        """Take the recorded world, the edit and the files of the moments.
+        """Take the recorded world, the edit, and the paths of files with moments.
 
         Args:
             name: name of the world.
@@ -116,7 +116,7 @@ class ProbeScenario(Scenario):
         return self.source.personas(seed)
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return the wordy answer of the world."""
+        """Return the long answer that the recorded world gives."""
         return self.source.wordy_answer(question, characters)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
@@ -187,7 +187,7 @@ class ProbeWorld(World):
     """Asks the moments of one seed in rounds, so that a sweep can be stopped between rounds."""
 
     def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
-        """Take the questions; with `sampling`, ask each moment once at first."""
+        """Take the questions in order; with `sampling`, put off the repeats until a moment has its first answer."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
         self._put = [one for one in put if sampling is None or one.repeat == 0]
         self._repeats: dict[Moment, list[Put]] = {}
@@ -214,12 +214,12 @@ class ProbeWorld(World):
             raise ValueError("the episode is over")
         questions = self._round()
         if len(answers) != len(questions):
-            raise ValueError(f"{len(answers)} answers for {len(questions)} pending questions")
+            raise ValueError(f"{len(answers)} answers for {len(questions)} pending questions: give one per question")
         self._completed, self._answered = self._completed + 1, self._answered + len(questions)
         return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
 
     def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
-        """Queue the repeats of a moment, unless the probabilities of its first reply can replace them."""
+        """Queue a moment's repeats after its first answer, unless the reply's log-probabilities replace them."""
         actions = self._source.actions().get(put.moment.kind)
         labels = () if actions is None else actions.labels
         if self._sampling is None or put.repeat:

@@ -1,8 +1,8 @@
 """Edits that set one number in an observation, and change nothing else.
 
 A quantity is a path of keys and list indices in the observation, such as `evenings.-1.went`. `evenings.count` is the
-length of the list `evenings`. A form may define quantities that change several numbers: `MOVES` in its edits maps
-patterns of paths to functions.
+length of the list `evenings`. Setting a quantity may
+have to change several numbers: a form's edits have `MOVES`, which maps patterns of paths to functions for this.
 """
 
 import re
@@ -26,7 +26,7 @@ _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
 
 def moves_of(text: str) -> list[str]:
-    """Return the name of an edit per value, for a setting such as `fires.0.distance=1..20`."""
+    """Return names of edits, one per value: `x=1..2` becomes `x=1` and `x=2`."""
     path, _, values = text.partition("=")
     numbers = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
     if not path or len(numbers) > MOST:
@@ -47,7 +47,7 @@ def _values(item: str, text: str) -> list[float]:
 
 
 def split(name: str) -> tuple[str, float]:
-    """Split the name of such an edit, as in `fires.0.distance=3`, into path and value."""
+    """Split the name of an edit into path and value: `fires.0.distance=3` becomes `fires.0.distance` and 3."""
     path, _, value = name.rpartition("=")
     return path, float(value)
 
@@ -68,12 +68,12 @@ def check_path(path: str, form: str, questions: Iterable[Question], values: Sequ
             return
         known.update(dict.fromkeys(quantities(question.observation)))
     if path in known:
-        raise InputError(f"{path} cannot have any of these values in any moment. Choose others, such as {_EXAMPLE}.")
+        raise InputError(f"No moment allows any of these values for {path}. Choose other values, as in {_EXAMPLE}.")
     raise not_found("Quantity", path, known, "A quantity is a number in the observation of an agent.")
 
 
 def quantities(value: Any, path: str = "") -> Iterator[str]:
-    """Yield the paths of all numbers in an observation; of each list, only of its first and last entry."""
+    """Yield the paths of all numbers in an observation; from a list, take only the first and the last entry."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from quantities(inner, f"{path}.{key}" if path else str(key))

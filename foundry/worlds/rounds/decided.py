@@ -128,7 +128,7 @@ def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided
 
 @lru_cache(maxsize=256)
 def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
-    """Return each label by its words; labels with more words come first."""
+    """Return a mapping from the words of each label to the label; labels with more words come first."""
     words = {_words(label): label for label in labels}
     return {one: words[one] for one in sorted(words, key=len, reverse=True) if one}
 
@@ -148,7 +148,7 @@ def _has_ended(part: str) -> bool:
 
 
 def _explains(text: str, actions: Actions) -> bool:
-    """Return whether a text only gives reasons for the decision before it, and cannot revoke it."""
+    """Return whether a text after a decision only gives reasons for it, without any doubt or other action."""
     return bool(_REASON.match(text)) and not _DOUBTS.search(_plain(text)) and not _mentions(text, actions)
 
 

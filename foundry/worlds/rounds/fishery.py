@@ -108,7 +108,7 @@ class Fishery(RoundsScenario):
         outsider: Mapping[str, int] | None,
         **settings: Any,
     ) -> None:
-        """Take the settings of `conf/world/fishery.yaml`."""
+        """Check the settings, which `conf/world/fishery.yaml` describes."""
         super().__init__(**settings)
         check_number("world.stock", stock, 1, MOST, whole=True)
         check_number("world.collapse", collapse, 0, stock, whole=True)

@@ -136,7 +136,7 @@ class NamingGame(RoundsScenario):
         until: str | None,
         **settings: Any,
     ) -> None:
-        """Take the settings of `conf/world/naming.yaml`."""
+        """Check the settings, which `conf/world/naming.yaml` describes."""
         super().__init__(**settings)
         if protocol not in PROTOCOLS:
             raise not_found("world.protocol", str(protocol), PROTOCOLS)

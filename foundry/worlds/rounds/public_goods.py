@@ -44,14 +44,14 @@ class Pot(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class After:
-    """An agent's tokens after a round, and further keys of the round in its observation."""
+    """An agent's tokens after a round, and more keys of this round for the agent's later observations."""
 
     tokens: float
     told: Mapping[str, Any] = field(default_factory=dict)
 
 
 Afterwards: TypeAlias = Generator[Sequence[Question], list[Decision], list[After]]
-"""Yields further questions of a round, receives the decisions, and returns the result of each agent."""
+"""Generator that yields more questions in a round, receives the decisions, and returns each agent's result."""
 
 
 class PublicGoods(RoundsScenario):
@@ -84,7 +84,7 @@ class PublicGoods(RoundsScenario):
     records: ClassVar[tuple[type[Record], ...]] = (Giving, Message, Agent, Pot)
 
     def __init__(self, *, tokens: int, multiplier: float, reset: bool, **settings: Any) -> None:
-        """Take the settings of `conf/world/public_goods.yaml`."""
+        """Check the settings, which `conf/world/public_goods.yaml` describes."""
         super().__init__(**settings)
         check_number("world.tokens", tokens, 1, whole=True)
         check_number("world.multiplier", multiplier, 0)
@@ -123,7 +123,7 @@ class PublicGoods(RoundsScenario):
         return table.ask(agent, GIVE, legal=legal, **self.told, tokens=tokens, rounds=list(rounds))
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Play the rest of a round after the contributions, and return each agent's result; by default, ask nothing.
+        """Play what follows the contributions in a round, and return each agent's result; by default, nothing follows.
 
         Args:
             table: the episode.
@@ -166,7 +166,7 @@ class PunishedGoods(PublicGoods):
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)
 
     def __init__(self, *, cost: float, loss: float, **settings: Any) -> None:
-        """Take the settings of `conf/world/public_goods_punishment.yaml`."""
+        """Check the settings, which `conf/world/public_goods_punishment.yaml` describes."""
         super().__init__(**settings)
         check_number("world.cost", cost, 0)
         check_number("world.loss", loss, 0)

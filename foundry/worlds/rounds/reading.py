@@ -1,13 +1,15 @@
 """Reads decisions and talk from replies, and never guesses a decision.
 
-`chosen`: the reply has the requested form. The reply is exactly a decision, or one JSON object with exactly a decision
-as `action` (or under the kind of question). Talk is an object with `message`, or a text without any object.
+The outcome is `chosen` if the reply has the requested form. The requested form is exactly a decision, such as "go", or
+one JSON object with exactly a decision as `action` (or under the kind of question). In talk, it is a JSON object with
+`message`, or a text without any JSON object.
 
-`repaired`: one clear decision in another form. It may follow thinking, or be in a code fence, in other text or in
-broken JSON. It may be a line such as `Action: go`, or a sentence such as "I will go." with only known words.
+The outcome is `repaired` if the reply has one clear decision in another form. The decision may follow thinking, or be
+in a code fence, between other text or in broken JSON. It may also be a line such as `Action: go`, or a sentence such as
+"I will go." in which all words are known.
 
-`unreadable` (`truncated` if the text was cut): anything else, such as illegal or contradictory decisions. Unknown words
-may revoke a decision, so a text that contains them is unreadable: "I will not go" decides nothing.
+The outcome of all other replies is `unreadable` (in a cut text, `truncated`), for example of illegal or contradictory
+decisions. An unknown word may revoke a decision, so it makes a text unreadable: "I will not go" decides nothing.
 """
 
 import json
@@ -40,7 +42,7 @@ _ASIDE = re.compile(
     r"|reason\w*)(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys and lines that do not contain the present decision."""
+"""Names of keys and lines that contain a past, possible or rejected decision, such as `last action`."""
 _LINE = re.compile(
     r"^[ \t>*•#\d.)_`\"'“-]{0,12}+((?:(?:my|the|final)[ ])?[^\W\d][\w ]{0,30}?)[ \t*_`\"'”]{0,6}+"
     r"[:：=](?!=)[\s*_]*+(.*)$",
@@ -92,14 +94,14 @@ class _Reader:
         return Outcome.CHOSEN if answer.text.strip() == str(reading.action) else Outcome.REPAIRED
 
     def _is_as_asked(self, found: Mapping[str, Any]) -> bool:
-        """Return whether exactly one key of an object names a decision, and its value is exactly a decision."""
+        """Return whether an object has exactly one key for decisions, and the value of this key is a legal decision."""
         named = [key for key in found if self._decides(key)]
         if isinstance(found, Conflicting):
             return False
         return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(found[named[0]], self.actions)
 
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
-        """Return the decision on which all objects of a text, and the lines before them, agree; else None."""
+        """Return the decision if all objects of a text, and the lines before them, give the same one; else None."""
         decisions = [one for inner in objects for one in self._within(inner)]
         readings = [one for one in decisions if one is not None]
         if not readings or len(readings) < len(decisions):
@@ -108,7 +110,7 @@ class _Reader:
         return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
 
     def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
-        """Yield the decision of an object, or else of each object inside it; None stands for an uncertain decision."""
+        """Yield the decision of an object or, if it has none, of its inner objects; None for an uncertain decision."""
         if isinstance(found, Conflicting):
             yield None
         elif any(self._decides(key) and not isinstance(value, dict) for key, value in found.items()):
@@ -136,7 +138,7 @@ class _Reader:
         return whole if whole is not None and reading is not None and lines == {reading.action} else Mended()
 
     def _in_lines(self, content: str, answer: Answer) -> Reading | None:
-        """Return the decision in lines such as `Action: go`; without such lines, in the whole text."""
+        """Return the decision from lines such as `Action: go` or, if there are none, from the whole text."""
         if answer.ending == LENGTH:  # the text may be incomplete
             return None
         named = list(self._lines(content))

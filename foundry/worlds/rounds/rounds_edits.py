@@ -17,7 +17,7 @@ FACTOR = 10
 _POINTS = ("fun", "crowded", "home", "equal", "different", "points", "utility")
 _PAST = ("evenings", "rounds", "months", "memory", "turns", "talk", "received")
 _SUMS = ("met", "points", "total")
-"""Keys of counts and sums over the past."""
+"""Keys with a count or sum over past rounds."""
 _AGENT = "agent "
 """Beginning of a label that names another agent."""
 
@@ -34,9 +34,9 @@ def no_messages(question: Question) -> Question:
 
 
 def others_went(question: Question) -> Question | None:
-    """Invert the past decisions of others, and adapt the agent's payoffs to them.
+    """Invert the past decisions of others, and change the agent's past payoffs accordingly.
 
-    The largest contribution becomes the smallest. Return None in a game without such decisions or payoffs.
+    For example, the largest contribution becomes the smallest. Return None in a game without such decisions or payoffs.
     """
     seen = question.observation
     if "evenings" in seen:

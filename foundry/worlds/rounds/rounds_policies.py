@@ -22,7 +22,7 @@ from foundry.worlds.rounds.reading import SILENCE, deciding
 from foundry.worlds.validation import check_number
 
 Attendance: TypeAlias = NDArray[np.float64]
-"""Attendances (evenings,), oldest first; or the attendances before each evening (evenings, window)."""
+"""Number of guests per evening, oldest first (evenings,); or the numbers before each evening (evenings, window)."""
 
 LONGEST = 8
 """Maximum number of evenings that a predictor uses."""
@@ -96,7 +96,7 @@ class Inductive(ScriptedModel):
         self._predictors, self._forgetting, self._seed = predictors, forgetting, seed or 0
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model with predictors for the agents of a run."""
+        """Return the model for a run; the run's seed draws the predictors of each agent."""
         return Inductive(self.name, self._predictors, self._forgetting, context.seed)
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -136,7 +136,7 @@ PREDICTORS = (
     *map(_averaged, range(2, LONGEST + 1)),
     *map(_led_on, range(2, LONGEST + 1)),
 )
-"""Functions of earlier attendances: one of them, its mirror image, a mean, or a trend."""
+"""Functions that predict the attendance: an earlier value, its mirror image, a mean of values, or a trend."""
 
 
 @lru_cache(maxsize=8)

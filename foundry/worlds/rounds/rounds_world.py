@@ -35,7 +35,7 @@ LOW, HIGH = (239, 243, 255), (8, 81, 156)
 """Colours of the smallest and the largest number."""
 _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 40, 784, 440
 MOST_NUMBERED = 30
-"""Maximum number of agents at which their ids are drawn; more ids would overlap."""
+"""Largest number of agents with which the picture shows their ids; more ids would overlap."""
 LONGEST = 24
 """Maximum number of characters of a label in the legend."""
 
@@ -75,7 +75,7 @@ def _box(
 
 
 def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
-    """Return the possible decisions; the numbers decided so far replace missing bounds of a range."""
+    """Return actions with both bounds: the extremes of the decided numbers replace missing bounds."""
     numbers = [one.action for one in lines if one.kind == kind and isinstance(one.action, int | float)]
     low = min(numbers, default=0) if known.low is None else known.low
     high = max(numbers, default=1) if known.high is None else known.high
@@ -128,7 +128,7 @@ Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
 
 
 class RoundsScenario(Scenario):
-    """A world that is played in rounds. To define a game, subclass it and define `kinds`, `actions` and `play`.
+    """A world that is played in rounds. To define a game, write a subclass with `kinds`, `actions` and `play`.
 
     Description:
         Agents without a position decide in rounds, at once or in turn.
@@ -199,14 +199,14 @@ class RoundsScenario(Scenario):
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of the given length, with the last option if the question asks for a decision."""
+        """Return an answer of this length: the last option with a long message or, in talk, only the message."""
         text = filler(max(characters - 60, 1))
         if question.kind in self.actions() and question.options:
             return json.dumps({**json.loads(question.options[-1]), MESSAGE: text}, ensure_ascii=False)
         return json.dumps({MESSAGE: text})
 
     def picture(self, lines: Sequence[RoundStep], step: int) -> bytes:
-        """Return a PNG of the state after a step; `lines` are the lines of `steps.jsonl` up to it."""
+        """Return a PNG of the state after a step; `lines` are the lines of `steps.jsonl` up to this step."""
         return draw(lines, step, agents=self.agents, steps=self.steps, actions=self.actions())
 
     def redraw(self, recorded: Recorded) -> Redrawing:
@@ -276,7 +276,7 @@ class RoundsWorld(World):
         return self._asked
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Give the rules the decisions in these answers; return the new records."""
+        """Pass the decisions in the answers to the game's rules (`play`); return the new records."""
         if self._finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._asked):

@@ -1,4 +1,4 @@
-"""The table: the object with which the rules of a game ask, record and deliver messages."""
+"""The table: with this object, the rules of a game ask questions, record decisions and deliver messages."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -86,7 +86,7 @@ class Table:
         secret: Observation | None = None,
         **observed: Any,
     ) -> Question:
-        """Return a question. The rules `yield` it in a list of questions that are asked at the same time.
+        """Return a question. The rules must `yield` it, in a list of all questions that are asked at once.
 
         The agent also observes `agent`, `agents` (their number), `step`, `persona`, and the messages that it
         `received`.
@@ -128,7 +128,7 @@ class Table:
         )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
-        """Record a decision and its result. A decision that is never recorded is recorded without one after the round.
+        """Record a decision and its result. If the rules never do so, it is recorded without a result.
 
         Args:
             decision: a decision of this round.
@@ -146,7 +146,7 @@ class Table:
         self._write(decision, utility=utility, **keys)
 
     def write(self, record: Record) -> None:
-        """Record any other record that the world declares."""
+        """Write a record of a declared class that is neither a decision nor a message."""
         self._written.append(record)
 
     def tell(self, sender: int, recipients: Iterable[int], text: str | None) -> None:

@@ -155,9 +155,9 @@ def test_a_cell_burns_with_the_fire_that_reached_it_first():
     ("changes", "words"),
     [
         ({"walls": [[[0, 0], [3, 0]]]}, "beyond the grid"),
-        ({"walls": [[[0, 2], [0, 2]]], "exits": [NORTH]}, "there is a wall"),
+        ({"walls": [[[0, 2], [0, 2]]], "exits": [NORTH]}, "and a wall share the cell"),
         ({"walls": [[[-2, 0], [2, 0]]], "exits": [NORTH]}, "where nobody can start"),
-        ({"walls": [[[-2, 1], [2, 2]]], "exits": [NORTH]}, "Exit 'north' is at [0, 2], where there is a wall"),
+        ({"walls": [[[-2, 1], [2, 2]]], "exits": [NORTH]}, "Exit 'north' and a wall share the cell [0, 2]"),
         ({"walls": [[[-2, 1], [2, 1]], [[-1, 2], [-1, 2]], [[1, 2], [1, 2]]], "exits": [NORTH]}, "make a gap"),
         ({"walls": [[[-9, -9], [9, 9]]]}, "world.walls[0] is at [-9, -9], beyond the grid"),
         ({"exits": [{"name": "x", "cells": []}]}, "world.exits[0]"),

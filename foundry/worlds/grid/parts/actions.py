@@ -42,12 +42,12 @@ class FurnishedAction(ActionReading):
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The decision; all objects in a reply must give the same one."""
+        """The values on which all objects in a reply must agree."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction, self.target, self.amount)
 
 
 def read_furnished_action(answer: Answer, allowed: Collection[str]) -> FurnishedAction:
-    """Read the reply to an action question; `allowed` holds the world's further actions.
+    """Read the reply to an action question; `allowed` names the actions of this world besides `stay` and `move`.
 
     To share or attack, the reply must give the other agent's id in `target`, as a number or a text such as "Agent 4".
     """

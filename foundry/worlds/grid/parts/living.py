@@ -1,4 +1,4 @@
-"""The state of present agents, at the start and after further actions (gather, share, attack, reproduce)."""
+"""The state of the agents that are present, and its changes by the actions gather, share, attack and reproduce."""
 
 from collections import Counter, deque
 from collections.abc import MutableMapping, Sequence
@@ -39,7 +39,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The result of a further action.
+    """The result of gathering, sharing, attacking or reproducing.
 
     Attributes:
         amount: energy that was gathered, shared or taken.
@@ -54,7 +54,7 @@ NOTHING = Done()
 
 
 class Living:
-    """Carries out the further actions of each step, one after the other, before any agent moves.
+    """Carries out the actions gather, share, attack and reproduce, one after the other, before any agent moves.
 
     The sum of all energy changes only by gathering, by the cost of attacks, and if an attacker gets more than it can
     hold.
@@ -69,7 +69,7 @@ class Living:
         food_supply: FoodSupply | None,
         rng: Generator,
     ) -> None:
-        """Keep the state of the episode, which the actions change.
+        """Take the state of the episode; the actions will change it.
 
         Args:
             settings: the world.
@@ -95,7 +95,7 @@ class Living:
         }
 
     def possible(self, agent: int, touchable: Sequence[int]) -> list[FurnishedAction]:
-        """Return the further actions that an agent can do now; of the possible amounts to share, only one unit."""
+        """Return the actions that an agent can do now, besides staying and moving; sharing is listed with amount 1."""
         body, settings = self._bodies[agent], self._settings
         found = []
         if self._food_supply is not None and body.cell in self._food_supply.food:
@@ -154,7 +154,7 @@ class Living:
         return rule is not None and body.energy >= rule.needs and self._ever < rule.most
 
     def _other(self, agent: int, decision: FurnishedAction) -> Body | None:
-        """Return the target of an action, or None unless it is another agent that is present and within reach."""
+        """Return the target of an action; None if the target is the agent itself, absent or out of reach."""
         other = self._bodies.get(-1 if decision.target is None else decision.target)
         near = other is not None and apart(other.cell, self._bodies[agent].cell) <= TOUCH
         return other if near and decision.target != agent else None

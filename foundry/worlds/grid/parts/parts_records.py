@@ -110,7 +110,7 @@ class Fixture(Record, frozen=True, kw_only=True):
 
 
 def fixtures_of(settings: GridSettings) -> list[Fixture]:
-    """Return the positions of a run's places and fires if the seed drew them, or else nothing."""
+    """Return a record per place and fire if the seed drew their positions; otherwise no records."""
     if not settings.draw_positions:
         return []
     places = [("places", place.name, place.center) for place in settings.places]

@@ -68,7 +68,7 @@ class FurnishedWorld(World):
         return [*(one for one in personas if one.persona), *self._opening]
 
     def pending(self) -> Sequence[Question]:
-        """Return the message question of every present agent; after their answers, the action question of each."""
+        """Return the message questions of all present agents; once these are answered, the action questions."""
         if self.finished:
             return ()
         burning = frozenset(self._spreading_fires.cells)
@@ -83,7 +83,7 @@ class FurnishedWorld(World):
         return questions
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return the delivered messages, by sender and recipient; after actions, the steps and further records."""
+        """Take the answers. Return the messages, sorted by sender and recipient; after actions, all other records."""
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._bodies):

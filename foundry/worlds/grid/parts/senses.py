@@ -1,7 +1,7 @@
 """Observations in a 2D world with further parts.
 
-The keys below add to those in `foundry.worlds.grid.grid_observation`. They are always present. If the world lacks a
-part, its keys are empty or null:
+An observation has all keys of `foundry.worlds.grid.grid_observation`, and the keys below. If the world lacks a part,
+such as energy, the keys of this part are empty or null:
 
 view            number of columns and rows that it sees to each side; null for the whole grid.
 window          the cells that it sees, one text per row, the uppermost first: `@` itself, `A` another agent, `#` a

@@ -74,7 +74,7 @@ class Ground:
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def stops(self, cell: Cell) -> str | None:
-        """Return why no agent can enter a cell, `edge` or `wall`, or None if agents can."""
+        """Return the obstacle that keeps agents out of a cell, `edge` or `wall`; None if agents can enter it."""
         if cell not in self:
             return "edge"
         return "wall" if cell in self.walls else None
@@ -168,7 +168,7 @@ class Moved:
 def moves_of(
     ground: Ground, capacity: int | None, cells: Mapping[int, Cell], wanted: Mapping[int, Cell], order: Sequence[int]
 ) -> dict[int, Moved]:
-    """Return the result of the moves of one step for each agent, by id.
+    """Carry out the moves of one step, and return each agent's result by its id.
 
     If a cell has not enough room for all agents that want to enter it, the first agents in the order get in. An agent
     that moves away makes room for another in the same step. Two agents cannot swap cells that are both full.
@@ -257,7 +257,7 @@ class WayOut:
         return []
 
     def secret(self, agent: int, cell: Cell, *, known: Collection[str], burning: frozenset[Cell]) -> Computed:
-        """Return knowledge for scripted policies, which is computed when a policy reads it; models never get it.
+        """Return data for scripted policies, computed only when a policy reads them; models never get these data.
 
         `ways_out`: the directions on a shortest way to the agent's exit in the fastest evacuation. `ways_known`: the
         directions on a shortest way to the nearest exit that the agent knows.
@@ -328,7 +328,7 @@ class FoodSupply:
         return taken
 
     def grow(self, step: int) -> None:
-        """Let one unit grow in each cell that bears food, up to its maximum, if `regrow_every` divides the step."""
+        """In every `regrow_every`-th step, add one unit to each cell that bears food, up to the cell's maximum."""
         if self._settings.regrow_every is not None and step % self._settings.regrow_every == 0:
             for cell in self._bearing:
                 self._set(cell, min(self.food.get(cell, 0) + 1, self._settings.amount))
