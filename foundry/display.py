@@ -48,7 +48,7 @@ class ProgressDisplay:
         each_run: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Prepare the bars without showing them.
+        """Prepare progress bars, which are not shown yet.
 
         Args:
             folder: the sweep.

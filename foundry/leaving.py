@@ -48,7 +48,7 @@ class _Doorway:
         return False
 
     def _shift(self, agent: int, moves: Mapping[int, tuple[Departure, int | None]]) -> None:
-        """Give `agent` its new place, then the agent that had this place its own new place, until a place was free.
+        """Give agents their new places, beginning with `agent`; each one takes the place of the next agent.
 
         `moves` contains each agent's new place, and the agent that has this place so far; None if the place is free.
         """

@@ -59,9 +59,9 @@ def show_seeds(
         _show_looks(shown, wanted, family)
         return
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
-    say(f"alone: number of seeds for {power:.0%} power if this were the only test, at level .05.")
+    say(f"alone: number of seeds for {power:.0%} power if a test were the only one, at level .05.")
     say(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
-    say("cautious: like in the family, but with the upper 80 % bound of the pilot's sd; use it after few seeds.")
+    say("cautious: as in the family, but with the upper 80 % bound of the pilot's sd; use it after few seeds.")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
         print(line)
@@ -121,7 +121,7 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
             if row[name]
         ]
         if row["measure"]:
-            advice = [f"play {row['seeds']:.0f} seeds (this largest number is for {row['measure']}", *others]
+            advice = [f"play {row['seeds']:.0f} seeds (the most demanding measure is {row['measure']}", *others]
             yield f"{pair_name(row)}: {'; '.join(advice)})"
         else:
             yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"

@@ -1,4 +1,4 @@
-"""Prints on the terminal: results, hints, errors, tables and bars, as loud as the user asked (`-q`, `-v`)."""
+"""Prints results, hints, errors, tables and bars on the terminal: less with `-q`, more with `-v`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _loudness: ContextVar[int] = ContextVar("loudness", default=0)
 
 @contextlib.contextmanager
 def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
-    """Set the loudness by `-q` or `-v`, which may stand anywhere before `--`; yield the command line without them."""
+    """Print less with `-q` and more with `-v`, anywhere before `--`; yield the command line without these flags."""
     end = argv.index("--") if "--" in argv else len(argv)
     levels = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
     if len(levels) > 1:

@@ -235,7 +235,7 @@ class _Sitting:
     def _run(
         self, people: Sequence[str], folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner
     ) -> int:
-        """Play the unfinished runs in this process; no page of replies is served, which people could see."""
+        """Play the unfinished runs in this process. The viewer is off: people could see replies of models there."""
         from foundry.models.human.desk import Desk
         from foundry.probing.sitting import SittingRunner, how_far
 

@@ -104,7 +104,7 @@ def _steps_of(part: str, last: int) -> range:
         raise InputError(f"--steps: '{part}' is neither a step nor a range such as 10-20.")
     first, final = int(match[1]), int(match[2] or match[1])
     if first > final:
-        raise InputError(f"--steps: the range '{part}' runs backwards.")
+        raise InputError(f"--steps: the range '{part}' begins after its end. Write {final}-{first}.")
     if final > last:
         raise InputError(f"--steps: there is no step {final}; the records end with step {last}.")
     return range(first, final + 1)

@@ -221,7 +221,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
 
 
 def _going_on(folder: SweepFolder) -> str:
-    """Return the command that continues a sweep; people answer on a page, which only `foundry play` serves."""
+    """Return the command that continues a sweep: `foundry play` if people answer in it, otherwise `foundry resume`."""
     from foundry.probing.sitting import people_in
 
     return f"foundry {'play' if people_in(folder.sweep) else 'resume'} {folder.path}"

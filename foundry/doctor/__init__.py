@@ -1,4 +1,4 @@
-"""Finds problems of a sweep before it starts. It records the speed of servers, but no answers."""
+"""Finds problems of a sweep before it starts. These checks record the speed of servers, but no answers."""
 
 from foundry.doctor.examination import Finding, Status, examine
 

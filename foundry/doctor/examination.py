@@ -256,7 +256,7 @@ def _fit(
         advice = f"The model was trained with at most {info.context_length:,} tokens: lower the context to this number."
         return Finding("context", name, Status.WARNING, found, advice)
     if tokens + limit > room:
-        advice = f"After this prompt, a reply of {limit:,} tokens would be cut: raise the context."
+        advice = f"After the longest prompt, a reply of {limit:,} tokens would be cut: raise the context."
         return Finding("context", name, Status.WARNING, found, advice)
     return Finding("context", name, Status.OK, found)
 

@@ -171,7 +171,7 @@ def _characters(prompt: Prompt, question: Question) -> int:
 
 
 def _wordy_steps(scenario: Scenario, seed: int, room: int) -> Iterator[Sequence[Question]]:
-    """Play an episode in which all agents fill the available characters, and yield the questions of each step."""
+    """Play an episode in which all texts of agents have `room` characters, and yield the questions of each step."""
     world = scenario.start(seed)
     while not world.finished:
         questions = world.pending()

@@ -113,7 +113,7 @@ class Estimate:
 
     @property
     def seconds(self) -> float:
-        """Time of all calls."""
+        """Estimated time of all calls, seconds."""
         return self.calls * self.per_call_s
 
     @classmethod

@@ -32,7 +32,7 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""The module of each format, whose function `write` writes the export. An extra has the same name."""
+"""The module with the function `write` of each format. The extra with the name of a format installs its packages."""
 
 
 @dataclass(frozen=True)

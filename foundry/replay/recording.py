@@ -81,7 +81,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 
 @lru_cache(maxsize=64)
 def redrawing_of(recording: Recording) -> Redrawing:
-    """Return the pictures of a run; for equal records, the same object."""
+    """Return the pictures of a run. Recordings that are equal share one object."""
     return redrawn(recording)
 
 

@@ -23,7 +23,7 @@ ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
 """Number of runs whose state is checked before the page shows a sweep for the first time."""
 FEW = 2_000
-"""Number of new runs that each later request checks; it checks all runs if the sweep has at most so many."""
+"""Number of unchecked runs that a later request checks. In a sweep with at most so many runs, it checks all runs."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 
@@ -264,7 +264,7 @@ def places_in(mask: str, runs: int) -> list[int]:
     try:
         content = base64.b64decode(mask, altchars=b"-_", validate=True)
     except ValueError as error:
-        raise InputError(f"'{mask[:40]}' is not a valid mask of runs ({error}).") from error
+        raise InputError(f"'{mask[:40]}' is not a valid choice of runs ({error}).") from error
     if len(content) != -(-runs // 8):
         raise InputError(
             f"The page chose among {8 * len(content)} runs, but the sweep has {runs} runs. Reload the page."

@@ -128,7 +128,7 @@ def _copy_file(source: Path | None, target: Path) -> None:
 
 
 def _write(out: Path, address: str, content: bytes) -> None:
-    """Write a resource as a script that passes it to the page. It is in base64, so no recorded text can act as code."""
+    """Write a resource as a script that passes it to the page. In base64, a recorded text cannot act as code."""
     packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
     target = out / "data" / f"{address}.js"
     target.parent.mkdir(parents=True, exist_ok=True)

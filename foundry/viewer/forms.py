@@ -18,7 +18,7 @@ from foundry.viewer.run_view import RunView
 
 GENERIC = "any"
 OUTSIDE = "forms"
-"""The folder in the page's addresses for users' scripts."""
+"""The first part of the addresses at which the page gets users' scripts."""
 T = TypeVar("T")
 
 
@@ -94,7 +94,7 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
 
 
 def prepare(sweep: SweepFolder) -> None:
-    """Compute parts of the page that take long, for the first run of each condition that has begun."""
+    """Store data that a page would wait long for, for the first run of each condition that has begun."""
     prepared = set()
     for run in sweep.runs():
         if run.run.condition in prepared or not run.beginning:

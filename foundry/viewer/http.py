@@ -77,7 +77,7 @@ class PageServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
-        """Return whether a Host header is of this server. A page of an attacker sends another (DNS rebinding)."""
+        """Return whether a Host header names this server. An attack by DNS rebinding uses another name."""
         name, _, port = host.rpartition(":")
         if port != str(self.server_port):
             return False
@@ -206,7 +206,7 @@ S = TypeVar("S", bound=PageServer)
 
 @contextmanager
 def running(server: S) -> Iterator[S]:
-    """Run a server in a thread during the block."""
+    """Run a server in a thread while the block of `with` runs."""
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     try:

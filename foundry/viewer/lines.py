@@ -16,7 +16,7 @@ _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
 
 
 class StepLines:
-    """The position of the lines of each step in a file, which may not exist yet.
+    """Finds the lines of each step in a file. The file may not exist yet.
 
     Steps must never decrease in the file. An incomplete last line is ignored.
     """
@@ -120,7 +120,7 @@ class StepLines:
 
 
 def lines_of_agent(lines: bytes, agent: int) -> list[bytes]:
-    """Return the lines of one agent, in order.
+    """Return the lines of one agent in the order of the file.
 
     Each line begins with its `step` and its `agent`. No text can look like the beginning of a line, because line breaks
     in texts are escaped.
@@ -129,7 +129,7 @@ def lines_of_agent(lines: bytes, agent: int) -> list[bytes]:
 
 
 def by_agent(lines: bytes) -> dict[int, list[bytes]]:
-    """Return the lines of each agent, in order."""
+    """Return the lines of each agent in the order of the file, by the id of the agent."""
     found: dict[int, list[bytes]] = {}
     for line in lines.splitlines():
         match = _AGENT.match(line)
@@ -142,7 +142,7 @@ _STEP_AND_AGENT = re.compile(rb'\n\{"step":\d+,"agent":(\d+)[,}]')
 
 
 class DecisionLines(StepLines):
-    """Lines that begin with their step and their agent.
+    """Finds the lines of each step in a file in which every line begins with its step and its agent.
 
     Attributes:
         agents: the highest id of an agent so far, plus one.

@@ -154,7 +154,7 @@ class Resources:
         raise InputError(f"There is nothing at '{address}'.")
 
     def _sweep(self, name: str) -> CatalogedSweep:
-        """Return a sweep. The lock keeps other threads from adding sweeps to the catalog in the meantime."""
+        """Return a sweep, while a lock keeps other threads from adding sweeps to the catalog."""
         with self._lock:
             return self.catalog.sweep(name)
 
@@ -202,7 +202,7 @@ class Resources:
         return {"partings": [[one.step, one.agent, one.question, one.asked] for one in found]}
 
     def view(self, sweep: str, run: str) -> RunView:
-        """Return the view of a run. If the run was restarted, the view is a new one."""
+        """Return the view of a run. A restarted run gets a new view."""
         with self._lock:
             folder = self.catalog.sweep(sweep).run(run)
             kept = self._views.pop((sweep, run), None)

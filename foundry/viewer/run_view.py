@@ -70,7 +70,7 @@ class RunView(ABC):
         self._counting = threading.Lock()
 
     def prepare(self) -> None:
-        """Compute and store parts of the page that take long; by default there are none."""
+        """Compute and store data that a page would wait long for; by default there are none."""
 
     def close(self) -> None:
         """Free cached data."""

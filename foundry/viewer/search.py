@@ -76,7 +76,7 @@ class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TextSearch:
-    """The texts of the ended runs of a sweep, which are indexed at the first search.
+    """The texts of a sweep's ended runs. The first search makes an index of these texts.
 
     The index is a file in the sweep's folder. You can delete it. Indexing continues after an interruption.
     """
@@ -310,7 +310,7 @@ def _phrases(words: str) -> str:
 
 
 def _part(text: str, words: str) -> str:
-    """Return the part of a text around the first word; if this word does not occur as typed, the beginning."""
+    """Return the part of a text around the first searched word; the beginning if this word is not in the text."""
     first = re.search(r"\w+", words)
     at = max(0, text.casefold().find(first[0].casefold())) if first else 0
     start, end = max(0, at - _BEFORE), at + _AFTER

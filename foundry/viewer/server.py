@@ -68,7 +68,7 @@ class _Handler(PageHandler):
             self.answering(lambda: self._take_note(address), HTTPStatus.NOT_FOUND)
 
     def _may_write(self) -> bool:
-        """Return whether the request comes from this page on this machine; if not, answer it with an error."""
+        """Return whether this page sent the request, on this machine; if not, send an error to the sender."""
         if not self.is_known():
             return False
         own = is_loopback(self.server.host) and self.is_own_page

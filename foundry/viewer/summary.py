@@ -82,10 +82,10 @@ class Summary(msgspec.Struct):
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
-    """Return the measures, out of all measures, on which claims rest; measures of success come first.
+    """Return the measures among `measures` on which claims rest; measures of success come first.
 
-    They are the measures that were declared. Without a declaration, they are the headline measures of the contrasts;
-    without contrasts, the first measure of each signature.
+    Claims rest on the declared measures. Without a declaration, they rest on the headline measures of the contrasts;
+    without contrasts, on the first measure of each signature.
     """
     planned = preregistration_of(sweep.path)
     if planned is not None:

@@ -143,7 +143,7 @@ def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tm
         analyze(tmp_path / "out", plots=False)
         said = succeeds("preregister", *served, "output.dir=again", "--family", NNI, **to)
         known = "known before the plan: 48 answers, runs in out"
-        assert f"{known}; these seeds are still unseen: seed=6-11" in said.stdout
+        assert f"{known}; seeds with neither runs nor cached answers: seed=6-11" in said.stdout
         succeeds(*served, "output.dir=again", **to)
     rows = analyze(tmp_path / "again", plots=False).contrasts
     declared = rows[rows["claim"] == "declared"]

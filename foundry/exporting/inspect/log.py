@@ -51,7 +51,7 @@ from foundry.trust.summaries import COMPLETE
 _MESSAGES = {"system": ChatMessageSystem, "user": ChatMessageUser, "assistant": ChatMessageAssistant}
 _ENDINGS = {"stop": "stop", "length": "max_tokens"}
 _NO_PART = re.compile(r"[^A-Za-z0-9.]")
-"""Characters that the task's part of a file name must not have, since Inspect splits names at underscores."""
+"""Characters that the task's name in a file name must not have, since Inspect splits file names at underscores."""
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 """The time that all members of an archive get: the earliest time that the format allows."""
 

@@ -10,7 +10,7 @@ from foundry.worlds.grid.grid_policies import act, legal_moves, say
 
 
 class PartName(ScriptedModel):
-    """Walks to the right until the edge, and says nothing; each method answers the kind of question of its name."""
+    """Walks to the right until the edge, and says nothing. The method `action` answers questions of kind `action`."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say nothing."""

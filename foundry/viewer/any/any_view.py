@@ -202,7 +202,7 @@ def _mean(values: Sequence[float] | None) -> float | None:
 
 
 def _plain(action: Any) -> str | int | float | None:
-    """Return a label or a number unchanged, and any other value, which unknown worlds may record, as JSON."""
+    """Return a label or a number unchanged. Return any other value as JSON; some worlds may record such values."""
     is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
     return action if is_plain else msgspec.json.encode(action).decode()
 

@@ -83,7 +83,7 @@ class CameraView(RunView):
         return {"first": first, "last": last, **told}
 
     def plan(self) -> Resource:
-        """Return the floor plan of the scene. A plan with walls is stored; before the run begins, it has no walls."""
+        """Return the floor plan of the scene, without walls before the run begins. A plan with walls is stored."""
         from foundry.viewer.camera.scene_export import digest, keep
 
         episode = self._episode()

@@ -166,7 +166,7 @@ class GridView(RunView):
         return marks
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield for each step of each agent its id, and its numbers of messages, moves and unreadable decisions."""
+        """Yield, for each agent and step, the agent's id and its numbers of messages, moves and unreadable replies."""
         for row in self._rows(first, last):
             failures = sum(outcome in UNDECIDED for outcome in (row.outcome, row.message_outcome))
             yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}

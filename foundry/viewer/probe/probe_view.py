@@ -19,7 +19,11 @@ _ENCODE = msgspec.json.Encoder().encode
 
 
 class ProbeView:
-    """A probe, safe to use from several threads. `trusted` are further packages for rebuilding its world."""
+    """A probe, safe to use from several threads.
+
+    Args:
+        trusted: further packages that may contain classes of the probe's world.
+    """
 
     def __init__(self, folder: SweepFolder, trusted: Sequence[str] = ()) -> None:
         self._probe = SeenProbe(folder, trusted)

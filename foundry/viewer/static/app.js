@@ -35,7 +35,7 @@
     const runs = [...new Set(asked)], tried = await Promise.allSettled(runs.slice(0, COMPARED).map((run) => new foundry.RunData(sweep, run).open()));
     const open = tried.filter((one) => one.status === "fulfilled").map((one) => one.value);
     if (!open.length) throw tried[0]?.reason || new Error("No runs to compare: tick runs in the table.");
-    const left = runs.map((run, index) => ({run, why: index < COMPARED ? tried[index].reason?.message : `${COMPARED} runs are shown at most`})).filter((one) => one.why);
+    const left = runs.map((run, index) => ({run, why: index < COMPARED ? tried[index].reason?.message : `this page shows at most ${COMPARED} runs`})).filter((one) => one.why);
     crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], [`${open.length} runs side by side`, null]]);
     const agent = query.get("agent");
     const page = new foundry.ComparePage(open, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)}, left);

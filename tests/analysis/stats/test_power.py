@@ -165,7 +165,7 @@ def test_a_pilot_ends_with_one_recommendation_a_pair_and_keeps_the_whole_table(p
     most = within.loc[within["n_cautious"].idxmax()]
     lines = text.splitlines()
     assert lines[-1].startswith(
-        f"second - first: play {most['n_cautious']:.0f} seeds (this largest number is for {most['measure']}"
+        f"second - first: play {most['n_cautious']:.0f} seeds (the most demanding measure is {most['measure']}"
     )
     assert f"more than 200 seeds: {(declared['n_cautious'] > 200).sum()} measures" in lines[-1]
     shown = [line for line in lines if "second - first" in line]

@@ -19,7 +19,7 @@ CELLS = ["=1+1", "-1.5", "-1.5 [-2, 1]", "+cmd", "@sum(a1)", "'=1", "-", "'quote
 
 @pytest.mark.parametrize(
     ("mask", "said"),
-    [("oAAA", "The page chose among 24 runs, but the sweep has 4 runs."), ("!", "'!' is not a valid mask of runs")],
+    [("oAAA", "The page chose among 24 runs, but the sweep has 4 runs."), ("!", "'!' is not a valid choice of runs")],
 )
 def test_a_mask_of_other_runs_is_refused(made_up: SweepFolder, mask: str, said: str):
     (sweep,) = Catalog(made_up.path).sweeps()

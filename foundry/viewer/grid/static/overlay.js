@@ -38,7 +38,7 @@
       const last = this.last(), within = (value) => Math.max(1, Math.min(Math.floor(Number(value)) || 1, last));
       const from = within(this.from.value), to = Math.min(Math.max(from, within(this.to.value)), from + MOST_STEPS - 1), wanted = `${from} ${to}`;
       [this.from.value, this.to.value] = [from, to];
-      this.said.textContent = to - from + 1 === MOST_STEPS ? `${MOST_STEPS} steps are drawn at most` : "";
+      this.said.textContent = to - from + 1 === MOST_STEPS ? `The paths of at most ${MOST_STEPS} steps are drawn.` : "";
       if (this.what.value !== "-3" && this.wanted !== wanted) {
         this.wanted = wanted;
         const ways = await Promise.all(this.runs.map((run) => this.way(run, from, Math.min(to, run.done))));

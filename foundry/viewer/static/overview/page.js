@@ -8,7 +8,7 @@
   const MOST_SHOWN = 3;
   const NARROWING = ["in", "outcome", "agent", "from", "to"];
   const OPEN = ["running", "unfinished", "waiting"];
-  const KEYS = [["/", "filter and search"], ...foundry.source.live ? [["N", "the notes of the focused run"]] : []];
+  const KEYS = [["/", "filter and search"], ...foundry.source.live ? [["N", "the notes of the run that has the keyboard focus"]] : []];
 
   /** Return the number of runs by status as a text, in a fixed order. */
   function inOrder(counts) { return JSON.stringify(Object.entries(counts).sort()); }
