@@ -24,7 +24,7 @@ _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
 def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -> Sweep:
-    """Return a sweep in which baselines play each world of the given sweep, with the seeds of this world.
+    """Return a sweep in which baselines play the same worlds, with the same seeds, as in the given sweep.
 
     Scripted policies read no prompt, so each world gets only its first prompt of the sweep. A policy that the sweep
     itself compares is left out, since it already has runs. A world may name its baselines (`baselines`). Otherwise they
@@ -42,7 +42,7 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
 
 @dataclass(frozen=True)
 class Stage:
-    """Tests which policies can be baselines of a world, with an episode of one seed."""
+    """Tests whether a policy can be a baseline of a world, with the questions of one seed."""
 
     scenario: Scenario
     seed: int

@@ -21,7 +21,7 @@ from foundry.texts import one_line
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """Keys of a composed configuration that define a condition; the other keys say where and how to run."""
 _TAKEN_UP = ("seed", "schema")
-"""Keys that end up elsewhere: each value of `seed` becomes a run, and models contain the `schema`."""
+"""Keys that are neither: seeds become runs, and models contain the schemas."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
@@ -135,7 +135,7 @@ def _existing_folders(argv: Sequence[str]) -> list[Path]:
 
 
 def _check_groups(argv: Sequence[str]) -> None:
-    """Reject an option whose name is no text, as in `world=7`; Hydra would print a traceback."""
+    """Reject a number as the name of an option, as in `world=7`; Hydra would print a traceback."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.core.override_parser.types import Override, QuotedString, Transformer
 
@@ -205,7 +205,7 @@ def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def _conditions(point: Point, config: dict[str, Any], keys: Sequence[str]) -> list[Condition]:
-    """Return one condition with all seeds; if settings depend on the seed (`${seed}`), one condition per seed."""
+    """Return one condition with all seeds; if settings depend on the seed, return one condition per seed."""
     check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (point.seeds or [config["seed"]]))
     if config["sampling_seed"] is not None:
@@ -293,7 +293,7 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
 
 
 def _open_setting(key: str) -> InputError:
-    """Return the error for a setting without a value, such as `model.served`, which `model=openai/NAME` gives."""
+    """Return the error for a setting without a value; for a model, it names both ways to give the value."""
     group, _, name = key.rpartition(".")
     way = f"write {group}=<backend>/<{name}>, or" if group == "model" else "give it a value:"
     return InputError(f"{key} has no value: {way} {key}=...")
@@ -337,12 +337,12 @@ def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str
     having = next(one for one in configs if key in _siblings(one, key))
     return InputError(
         f"{role.capitalize()} '{config[role]['name']}' has no setting '{key}', which {role} '{having[role]['name']}' "
-        f"has. Run the two in separate commands, or leave the setting out."
+        f"has. Run the two {role}s in separate commands, or leave the setting out."
     )
 
 
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the existing settings beside a missing one, such as `world.agents` beside `world.agent`."""
+    """Return the settings at the level of a missing one; for `world.agent`, these are the settings of the world."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

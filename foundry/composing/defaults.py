@@ -1,7 +1,8 @@
 """A user's own defaults: the parts of a run that the command line does not name, and where and how it runs.
 
-These defaults are written into a copy of the primary configuration (`conf/config.yaml`). So a named sweep, a world's
-file and the command line can override them. Defaults for runners and servers are set after Hydra has composed.
+foundry writes the user's defaults into a copy of the primary configuration (`conf/config.yaml`). So a named sweep, a
+world's file and the command line override the user's defaults. Only defaults for runners and servers are set later,
+after Hydra has composed the configuration.
 """
 
 from collections.abc import Iterator, Mapping, Sequence, Set
@@ -38,7 +39,7 @@ class Defaults:
         return Defaults(self.choices, settings)
 
     def primary(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the content of the primary configuration, in which these defaults replace the shipped ones."""
+        """Return the content of the primary configuration, with the user's defaults instead of the shipped ones."""
         own = deepcopy(dict(content))
         for entry in own["defaults"]:
             if isinstance(entry, dict):
@@ -66,7 +67,7 @@ class Defaults:
         return own
 
     def chosen(self, given: Set[str], choices: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
-        """Return the choices that no sweep or command line replaced, as overrides (`group=option`)."""
+        """Return as overrides the user's choices that apply; a sweep or the command line may replace a choice."""
         return tuple(
             f"{group}={option}"
             for group, option in self.choices.items()
@@ -76,7 +77,7 @@ class Defaults:
     def hint(self, error: str) -> str:
         """Return a sentence that names the user's file if an error quotes an option from it; else ""."""
         named = any(f"'{group}/{option}'" in error for group, option in self.choices.items())
-        return f" Your defaults in {paths.user_config_file()} choose it." if named else ""
+        return f" Your defaults in {paths.user_config_file()} name this option." if named else ""
 
 
 def _servers(path: str, part: Any) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -16,7 +16,7 @@ from foundry.storing.store import SweepFolder
 
 
 def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask: bool = True) -> dict[str, ModelInfo]:
-    """Return the facts about each model. If its server reports no digest, foundry adds one for the present weights.
+    """Return the facts about each model. Facts without a server's digest get the digest of the present weights.
 
     If only one set of weights is known for the model's name, this makes no calls; the first call of the sweep checks
     the canary. If several sets are known, each with its own keys of answers, the canary says which set answers now.
@@ -34,7 +34,7 @@ def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask:
 
 
 def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) -> None:
-    """Add the weights with which a sweep began, from its records, to a cache that does not know these weights."""
+    """If the cache does not know the weights with which a sweep began, copy them from the records to the cache."""
     for model, digest, known in _measured(folder.sweep, infos, open_answers, cache):
         if digest not in known.all():
             summaries = (run.summary() for run in SweepFolder.open(folder.path).runs())

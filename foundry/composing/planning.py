@@ -64,7 +64,7 @@ class _Silent:
 
 
 class _CacheOnly(Wrapper):
-    """Answers from the cache only. At a missing answer, it ends the episode or, if `silent`, replies with ""."""
+    """Answers from the cache. If an answer is missing, this ends the episode or, if `silent`, gives an empty reply."""
 
     def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
@@ -85,7 +85,7 @@ class _CacheOnly(Wrapper):
 
 
 def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tuple[Model, list[_CacheOnly]]:
-    """Return a model that answers from the cache only, and its wrappers, which count hits and misses."""
+    """Return a model that answers from the cache only, and the wrappers that count found and missing answers."""
     readers: list[_CacheOnly] = []
 
     def reading(one: Model) -> Model:
@@ -213,7 +213,7 @@ def find_prompt(
     agent: int,
     kind: str | None,
 ) -> FoundPrompt:
-    """Return the prompt of an agent at a step of the first run; by default for its action, or its first question."""
+    """Return the prompt of an agent at a step of the first run, by default of its action or its first question."""
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)

@@ -48,7 +48,7 @@ class Point:
 def points_of(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
 ) -> tuple[list[Point], Launch | None]:
-    """Return the points of a grid, and a function that runs jobs, or None if no launcher of Hydra is named."""
+    """Return the points of a grid, and a function that runs jobs (None if no launcher of Hydra is named)."""
     import hydra
     from omegaconf import OmegaConf
 
@@ -93,7 +93,7 @@ def show(
 def _folders(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder of the primary configuration, and overrides; the first one lists all other folders."""
+    """Yield the folder of the primary configuration, and overrides; the first override lists all other folders."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
@@ -215,7 +215,7 @@ def _fixed_choices(asked: Sequence[str]) -> list[str]:
 
 
 def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
-    """Yield each combination of the overrides' values, and the seeds; of overrides with one key, the last applies."""
+    """Yield each combination of the overrides' values, and the seeds; the last override of a key applies."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 

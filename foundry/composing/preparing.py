@@ -48,7 +48,7 @@ class OneRun:
     command: int
 
     def __call__(self, config: object) -> str | None:
-        """Play the run. Hydra's configuration of the job is ignored, since `spec` contains the run's own."""
+        """Play the run. Hydra's configuration of the job is ignored, since `spec` contains the run's settings."""
         from hydra.core.hydra_config import HydraConfig
 
         number = int(HydraConfig.get().job.num)
@@ -101,10 +101,8 @@ def _plan(composed: Composed) -> Preregistration:
     folder = composed.settings["output"]["dir"]
     plan = preregistration_of(Path(folder)) if folder else None
     if plan is None:
-        where = f"folder '{folder}' has no such file" if folder else "no output.dir is named"
-        raise InputError(
-            f"{UNTIL}=answered needs the plan in {PREREGISTRATION_FILE}, but {where}. Make it with: foundry preregister"
-        )
+        where = f"folder '{folder}' contains no {PREREGISTRATION_FILE}" if folder else "no output.dir is named"
+        raise InputError(f"{UNTIL}=answered needs a plan, but {where}. Make a plan with: foundry preregister")
     if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != plan[1]:
         raise InputError(
             f"The sweep in '{folder}' began without this plan, so it cannot follow the plan. Preregister and run it in "
@@ -182,7 +180,7 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 
 
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
-    """Return the facts with the digest from the sweep's beginning, so that the keys of cached answers stay."""
+    """Return the facts with the digest from the sweep's beginning, so that the keys of cached answers do not change."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
     same = with_weights(info, digest or "")
     return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))

@@ -64,7 +64,7 @@ def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapp
 
 
 def _literal(value: Any) -> Any:
-    """Return settings with `${` escaped, so that Hydra resolves no reference in the text of a stranger's record."""
+    """Return settings with `${` escaped, so that Hydra resolves no reference in the text of a record."""
     if isinstance(value, str):
         return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
     if isinstance(value, Mapping):

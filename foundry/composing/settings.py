@@ -9,16 +9,16 @@ from foundry.storing.determinism import AUTO, SETTING
 USED_OF_HYDRA = ("hydra/launcher", "hydra.launcher", "hydra.mode", "hydra.searchpath", "hydra.sweeper.params")
 """Settings of Hydra that a command line may contain."""
 BASELINES = "baselines"
-"""Value of `analyze`: foundry runs the scripted baselines before it analyzes the sweep."""
+"""Value of the setting `analyze` with which foundry runs the scripted baselines before the analysis."""
 UNTIL = "until"
-"""Name of a setting; `until=answered` ends a preregistered sweep at the first look that answers its question."""
+"""Name of the setting that ends a preregistered sweep at the first look that answers its question."""
 ANSWERED = "answered"
 PARTS = ("world", "model", "prompt")
 """The parts of a condition. The configuration of each part has a name and a class to build."""
 
 
 def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Check composed settings, and convert paths to texts: `output.dir=7` is the folder "7"."""
+    """Check composed settings, and convert paths that are numbers, as in `output.dir=7`, to texts."""
     cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
     folder = _entry(settings, "output", "dir")
     if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:

@@ -1,4 +1,4 @@
-"""Checks your own parts: `foundry check world=mine` or, in Python, `foundry.check("world=mine")`."""
+"""Checks a user's own worlds, prompts, models, signatures and edits for `foundry check`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -89,7 +89,7 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of parts that have a configuration group."""
 EDIT = "edit="
-"""Beginning of an argument that names edits; Hydra knows no edits."""
+"""Beginning of an argument that names edits; foundry reads such arguments without Hydra."""
 
 
 def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:

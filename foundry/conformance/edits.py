@@ -36,8 +36,10 @@ class EditCase:
         """Pairs of a question and its edited version, for all questions that the edit changes."""
         pairs = [(question, edited) for question in self.questions if (edited := self.applied(question)) is not None]
         if not pairs:
-            none = f"the edit changes none of {len(self.questions)} questions of world '{self.world.scenario.name}'"
-            raise Skipped(f"{none}: choose another world with world=NAME")
+            raise Skipped(
+                f"the edit changes none of {len(self.questions)} questions of world '{self.world.scenario.name}': "
+                "choose another world with world=NAME"
+            )
         return pairs
 
     def applied(self, question: Question) -> Question | None:
@@ -86,8 +88,11 @@ def leaves_its_input_as_it_is(case: EditCase) -> None:
 def changes_the_same_every_time(case: EditCase) -> None:
     """Edits of equal questions give equal questions."""
     for before, after in case.changed:
-        other = f"the edit changes the same '{before.kind}' question differently the second time"
-        require(case.applied(before) == after, f"{other}: draw random numbers only from question.sampling_seed")
+        require(
+            case.applied(before) == after,
+            f"the edit changes the same '{before.kind}' question differently the second time: draw random numbers only "
+            "from question.sampling_seed",
+        )
 
 
 def can_be_put(case: EditCase) -> None:
@@ -98,7 +103,7 @@ def can_be_put(case: EditCase) -> None:
 
 
 def expects_one_action_for_each(case: EditCase) -> None:
-    """An edit of `equivariance` expects each action for one other; repeated edits restore question and actions."""
+    """Different actions have different expected actions; repeated edits restore the question and its action."""
     if case.edit.leaves != "equivariance":
         raise Skipped("it is not an equivariance, so it expects no other action")
     expected = case.edit.described(case.world.scenario)["expected"]

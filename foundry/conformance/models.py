@@ -1,6 +1,6 @@
 """Checks of models: parameters() contains everything that affects an answer, and a policy is deterministic.
 
-These checks never ask a model that costs money or time; `foundry doctor` does.
+These checks never ask a model that costs money or time; `foundry doctor` asks such models.
 """
 
 import asyncio
@@ -63,8 +63,11 @@ def answers_the_world(case: ModelCase) -> None:
     model, scenario = case.make(), case.world.scenario
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     kinds = ", ".join(model.kinds or ())
-    asks = f"world '{scenario.name}' also asks {', '.join(missing)}"
-    require(not missing, f"the model answers {kinds}, but {asks}: answer these kinds too")
+    require(
+        not missing,
+        f"the model answers the kinds {kinds}, but world '{scenario.name}' also asks {', '.join(missing)}: answer "
+        "these kinds too",
+    )
     for question in case.world.usual.questions:
         model.check(question)
 
@@ -80,13 +83,15 @@ def says_its_parameters(case: ModelCase) -> None:
 
 
 def tells_its_settings_apart(case: ModelCase) -> str | None:
-    """`parameters()` contains every number that may affect an answer; else different models share cached answers."""
+    """`parameters()` contains each number that may affect an answer, so that different models share no answers."""
     key = _key(case.make())
     settings = without_servers(case.settings)
     same = [change for change in _changes(settings) if _builds_the_same(case, change, key)]
     numbers = ", ".join(change.name for change in same if not change.is_flag)
-    shared = "else models with different values share cached answers"
-    require(not numbers, f"parameters() lacks {numbers}: add all of these, {shared}")
+    require(
+        not numbers,
+        f"parameters() lacks {numbers}: add all of these, else models with different values share cached answers",
+    )
     flags = ", ".join(change.name for change in same)
     return f"check that no answer depends on {flags}, which parameters() lacks" if same else None
 
@@ -177,13 +182,13 @@ def refuses_other_kinds(case: ModelCase) -> None:
 
 
 def fits_into_a_run(case: ModelCase) -> None:
-    """`in_run` keeps the model's name, and assigns each agent the same model in equal runs."""
+    """In a run, the model keeps its name, and each agent gets the same model in equal runs."""
     one, other = case.placed(), case.placed()
     for placed in (one, other):
         require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model, such as self")
         require(
             placed.name == case.make().name,
-            f"in_run() returns a model named '{placed.name}': keep the name '{case.make().name}' in it",
+            f"in_run() changes the model's name from '{case.make().name}' to '{placed.name}': keep the name",
         )
     is_same = one.roster() == other.roster()
     require(is_same, "in_run() assigns agents to models differently in equal runs: draw with the run's seed")

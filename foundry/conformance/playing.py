@@ -32,7 +32,7 @@ POLICIES: tuple[Mapping[str, Any], ...] = (
 )
 """Policies that replace the chosen model in the checks, if it costs something or cannot act in the world."""
 _SPARE = 100
-"""An endless episode is stopped after 2 * `count_calls()` + this number of questions."""
+"""An episode is stopped as endless after this many questions more than twice its promised maximum."""
 
 
 class Status(StrEnum):
@@ -173,7 +173,7 @@ class Episode:
 
 
 seen = attrgetter("step", "agent", "kind", "observation", "images", "options", "idle")
-"""Function that returns what is compared of two questions: not their `secret`, nor `again`."""
+"""Function that returns the fields in which two questions are compared, as a tuple."""
 
 
 def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictures: bool = False) -> Episode:
@@ -214,12 +214,12 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         ready = ahead.ready()
         answered |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
         opened += [one.asked for one in ready]
-        require(bool(opened), f"after {world.step} steps all answers are taken, but ready() is empty: return questions")
+        require(bool(opened), f"after {world.step} steps ready() returns no questions, although no answer is awaited")
         one = opened.pop(pick(len(opened)))
         ahead.take(one, answered[one][1])
         while whole := ahead.next_round():
             missing = [one for one in whole if one not in answered or one in opened]
-            require(not missing, f"next_round() returns {missing[:1]} without an answer: wait for the answer")
+            require(not missing, f"next_round() contains {missing[:1]}, which has no answer yet: wait for it")
             questions = tuple(answered[one][0] for one in whole)
             records = world.advance([answered[one][1] for one in whole])
             turns.append(Turn(questions, tuple(records), world.step))
@@ -283,7 +283,7 @@ class WorldCase:
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False
     ) -> Episode:
-        """Play an episode with this seed; see `play`. A given `scenario` replaces the shared one."""
+        """Play an episode with this seed; see `play`. If a scenario is given, it replaces the shared one."""
         world = (scenario or self.scenario).start(self.seed)
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 
@@ -316,6 +316,6 @@ def request_of(question: Question, seed: int) -> Request:
 
 
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
-    """Return the first of the chosen model and the shipped policies that costs nothing and can act in the world."""
+    """Return the chosen model if it costs nothing and can act here; else a shipped policy; None if none can act."""
     stage = Stage(scenario, seed)
     return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)

@@ -14,8 +14,11 @@ def has_every_kind(case: WorldCase) -> None:
     """The prompt has a template for every kind of question that the world asks."""
     prompt, kinds = case.make_prompt(), case.scenario.kinds
     missing = [kind for kind in kinds if kind not in prompt.kinds]
-    lacks = f"prompt '{prompt.name}' has no template for {', '.join(missing)}"
-    require(not missing, f"{lacks}, which world '{case.scenario.name}' asks: add a template, or choose another prompt")
+    require(
+        not missing,
+        f"prompt '{prompt.name}' has no template for {', '.join(missing)}, which world '{case.scenario.name}' asks: "
+        "add a template, or choose another prompt",
+    )
 
 
 def fills_every_question(case: WorldCase) -> None:
@@ -24,20 +27,26 @@ def fills_every_question(case: WorldCase) -> None:
     for question in case.put:
         for message in prompt.render(question):
             says_something = message.role != "user" or bool(message.content.strip() or message.images)
-            where = f"a '{question.kind}' question of step {question.step}"
-            require(says_something, f"{where} gives an empty user message: add text to its template")
+            require(
+                says_something,
+                f"a '{question.kind}' question of step {question.step} gives an empty user message: add text to its "
+                "template",
+            )
 
 
 def names_what_is_observed(case: WorldCase) -> None:
-    """A template uses only keys of its observations, even in branches (`{% if %}`) that no question takes."""
+    """A template uses only keys of its observations, even in branches that no question takes."""
     observed: dict[str, set[str]] = {}
     for question in case.put:
         observed.setdefault(question.kind, set()).update(question.observation)
     for kind, known in observed.items():
         for source in _sources(case.templates.get(kind, "")):
             unknown = sorted(_named(source) - known)
-            names = f"template '{kind}' uses {', '.join(unknown)}"
-            require(not unknown, f"{names}, which no observation contains: use only {', '.join(sorted(known))}")
+            require(
+                not unknown,
+                f"template '{kind}' uses {', '.join(unknown)}, which no observation contains: use only "
+                f"{', '.join(sorted(known))}",
+            )
 
 
 def _sources(template: Any) -> Iterator[str]:
@@ -48,7 +57,7 @@ def _sources(template: Any) -> Iterator[str]:
 
 
 def _named(source: str) -> set[str]:
-    """Return the variables that a template uses, except variables that it tests with `is defined`."""
+    """Return the variables that a template uses, except variables that it tests for existence (`is defined`)."""
     environment = environment_of()
     tree = environment.parse(source)
     names = {
@@ -69,7 +78,7 @@ def is_the_same_every_time(case: WorldCase) -> None:
         )
         require(
             dict(question.observation) == before,
-            f"template '{question.kind}' changes the observation: let it only read",
+            f"template '{question.kind}' changes the observation: templates must only read it",
         )
 
 
@@ -78,5 +87,8 @@ def shows_the_images(case: WorldCase) -> None:
     prompt = case.make_prompt()
     for question in case.put:
         sent = [image for message in prompt.render(question) for image in message.images]
-        has = f"a '{question.kind}' question has {len(question.images)} images"
-        require(sent == list(question.images), f"{has}, but the messages contain {len(sent)}: show all, in order")
+        require(
+            sent == list(question.images),
+            f"a '{question.kind}' question has {len(question.images)} images, but the messages contain {len(sent)}: "
+            "show all images, in order",
+        )

@@ -29,7 +29,7 @@ _MOST_OPTIONS = 24
 
 
 class _Place(NamedTuple):
-    """A question in the usual episode: number `at` of the questions in turn number `turn`, both 0-based."""
+    """A question in the usual episode, with the index of its round and its index in the round."""
 
     turn: int
     at: int
@@ -69,7 +69,7 @@ def survives_bad_replies(case: WorldCase) -> None:
             started = time.perf_counter()
             rows, _ = _answered(case, place, answer)
             took = time.perf_counter() - started
-            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' question took {took:.0f} s: limit its length")
+            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' question took {took:.0f} s: limit the text")
             is_talk = kind not in case.scenario.actions() and expected in _SPOKEN and bool(answer.text.strip())
             if not rows or is_talk:
                 continue
@@ -102,12 +102,13 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
             is_same = state == first[1]
             require(
                 is_same,
-                f"{name} to a '{kind}' question is recorded as {state}, but {first[0]} as {first[1]}: record the same",
+                f"{name} to a '{kind}' question gives the record {state}, but {first[0]} gives {first[1]}: write equal "
+                "records",
             )
             is_same = others == first[2]
             require(
                 is_same,
-                f"other agents observe whether a '{kind}' question got {name} or {first[0]}: show them the same",
+                f"other agents observe whether a '{kind}' question got {name} or {first[0]}: let both look the same",
             )
 
 
@@ -131,7 +132,7 @@ def _spoiled(case: WorldCase) -> Answering:
 
 
 def reads_the_options_it_offers(case: WorldCase) -> None:
-    """The world reads each reply in `Question.options` as a different, declared decision."""
+    """The world reads each reply that it offers (`Question.options`) as a different, declared decision."""
     places = [place for place in _places(case) if place.question.options]
     if not places:
         raise Skipped("its questions have no options, which scripted/random needs: give each Question its `options`")
@@ -143,7 +144,7 @@ def reads_the_options_it_offers(case: WorldCase) -> None:
 
 
 def reads_its_idle_reply(case: WorldCase) -> None:
-    """The world reads the reply `Question.idle` as the idle action in `actions()`."""
+    """The world reads the idle reply to a question as the declared idle action."""
     places = [place for place in _places(case) if place.question.idle is not None]
     if not places:
         raise Skipped(
@@ -157,7 +158,7 @@ def reads_its_idle_reply(case: WorldCase) -> None:
             require(
                 is_idle,
                 f"the world reads the idle reply to a '{kind}' question as {decision!r}, but the idle action in "
-                f"actions() is {declared.idle!r}: use the same",
+                f"actions() is {declared.idle!r}: make them equal",
             )
 
 
@@ -165,8 +166,11 @@ def _decision(case: WorldCase, place: _Place, text: str) -> Any:
     rows, kind = _answered(case, place, Answer(text))[0], place.question.kind
     for row in (row for row in rows if getattr(row, "kind", kind) == kind):
         bad = ", ".join(outcome for outcome in _outcomes(row) if outcome not in READABLE)
-        offers = f"the world offers the reply {text[:80]!r} to a '{kind}' question"
-        require(not bad, f"{offers}, but gives it the outcome {bad}: read it as a decision")
+        require(
+            not bad,
+            f"the world offers the reply {text[:80]!r} to a '{kind}' question, but gives it the outcome {bad}: read it "
+            "as a decision",
+        )
         if declared_for(row, case.scenario.actions()) is not None:
             return row.decision
     return None

@@ -30,12 +30,12 @@ from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
 
 SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
-"""Seeds of the runs for most checks; seeds of the runs of scripted/random, to compare measures with nulls."""
+"""Seeds for most checks, and seeds for the runs of scripted/random that test the nulls of measures."""
 FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
 """To compare means with nulls: minimum number of runs, level, and ignored bias as a share of half the range."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
-"""Beginning of the names of counts, such as the number of decisions behind a share."""
+"""Prefix of measures that are counts, such as the number of decisions behind a share."""
 
 
 class Silent(Model):
@@ -69,12 +69,12 @@ class SignatureCase:
     blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
-        """Return the runs whose class `measure` takes; raise Skipped if there are none."""
+        """Return the runs of the class that the signature measures; raise Skipped if there are none."""
         kind = run_type(self.module)
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
             raise Skipped(
-                f"it measures runs of class {kind.__name__}, which this world lacks: choose another with world=NAME"
+                f"the signature measures a {kind.__name__}, but this world has none: choose another with world=NAME"
             )
         taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
         if not taken:
@@ -102,7 +102,7 @@ def says_what_it_is(case: SignatureCase) -> None:
     """The signature has a NAME, MEASURES with labels, and a HEADLINE that names some of these."""
     name = getattr(case.module, "NAME", None)
     is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
-    require(is_name, f"NAME is {name!r}: use lower case letters, digits and _, as in names of columns")
+    require(is_name, f"NAME is {name!r}: use lower case letters, digits and _, as in the names of columns")
     measures = getattr(case.module, "MEASURES", None)
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
     require(described, "MEASURES must map names to analysis.measure.Measure, each with a label")
@@ -153,7 +153,9 @@ def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
     first = rows[0]
     for other in rows:
         differing = ", ".join(sorted(set(first) ^ set(other)))
-        require(not differing, f"measure returns {differing} only for some runs: return it always, as NaN if undefined")
+        require(
+            not differing, f"measure returns {differing} only for some runs: always return this, as NaN if undefined"
+        )
 
 
 def says_nan_for_nothing(case: SignatureCase) -> str | None:
@@ -168,7 +170,7 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
         is_meant = not none or len(none) < len(measures)
         require(is_meant, f"{names} is 0 although no decision counts: return NaN, because 0 would be a finding")
         zeros |= none
-    return f"check that 0 is right if no decision counts: {', '.join(sorted(zeros))}" if zeros else None
+    return f"check that 0 is right for {', '.join(sorted(zeros))} if no decision counts" if zeros else None
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:
@@ -187,9 +189,12 @@ def comes_to_its_nulls(case: SignatureCase) -> None:
     for name, (measure, values) in stated.items():
         mean, allowed = float(values.mean()), _half_width(values, len(stated)) + SLIGHT * _unit(measure)
         is_null = abs(mean - measure.null.value) <= allowed
-        comes_to = f"'{name}' is {mean:.3f} on average over {len(values)} runs of scripted/random"
-        advice = f"chance explains at most {allowed:.3f} of the difference: correct the Null, or set by_random=False"
-        require(is_null, f"{comes_to}, but its Null is {measure.null.value:g}; {advice}")
+        require(
+            is_null,
+            f"'{name}' is {mean:.3f} on average over {len(values)} runs of scripted/random, but its Null is "
+            f"{measure.null.value:g}. Chance explains at most {allowed:.3f} of the difference: correct the Null, or "
+            "set by_random=False",
+        )
 
 
 def _is_of_random(measure: Any) -> bool:
@@ -198,7 +203,7 @@ def _is_of_random(measure: Any) -> bool:
 
 
 def _half_width(values: Any, rows: int) -> float:
-    """Return half the width of a mean's interval; LEVEL holds for all `rows` intervals together (Bonferroni)."""
+    """Return half the width of a mean's interval, with Bonferroni's correction for the number of measures."""
     from analysis.stats.intervals import student_quantile
 
     quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)
@@ -226,7 +231,7 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
 
 
 def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> SignatureCase:
-    """Return the data for checks of a signature in runs of a world; `name` is its name or its file."""
+    """Return the data to check a signature in runs of a world; `name` is the signature's name or file."""
     module = _module(name, world.scenario.form)
     return case_with(config, world)(module)
 
@@ -266,8 +271,9 @@ def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleTy
     @cache
     def blind() -> Sequence[Sequence[Any]]:
         if not Stage(world.scenario, world.seed).suits(build(POLICIES[0])):
-            lacks = f"scripted/random cannot act in world '{world.scenario.name}'"
-            raise Skipped(f"{lacks}: choose another world with world=NAME")
+            raise Skipped(
+                f"scripted/random cannot act in world '{world.scenario.name}': choose another world with world=NAME"
+            )
         return _played(config, world, POLICIES[:1], NULL_SEEDS)[0]
 
     return lambda module: SignatureCase(module, runs, readable, blind)

@@ -17,7 +17,7 @@ from foundry.worlds.base import Recorded
 
 _STEPS = "steps"
 _COMMON = ("step", "agent", "outcome")
-"""Keys of every record of the stream `steps`, in worlds of all forms."""
+"""Keys that every record of a step has, in worlds of all forms."""
 READABLE = (Outcome.CHOSEN, Outcome.REPAIRED)
 _FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
@@ -25,15 +25,15 @@ _FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 def plays_to_its_end(case: WorldCase) -> None:
     """An episode ends; until then questions are pending, and afterwards none."""
     for episode in (case.usual, case.idle, case.silent):
-        asked = f"after {episode.asked} questions"
         if not episode.finished and episode.asked <= case.most:
             raise Broken(
-                f"{asked} pending() is empty, but `finished` is false: return questions, or let `finished` be true"
+                f"after {episode.asked} questions pending() is empty, but `finished` is false: return questions, or "
+                "let `finished` be true"
             )
         most = case.scenario.count_calls()
         require(
             episode.finished,
-            f"the episode goes on {asked}, but count_calls() is {most}: let `finished` be true at the end",
+            f"the episode goes on after {episode.asked} questions, but count_calls() is {most}: let `finished` be true",
         )
         require(not episode.left, "questions are pending after the end: return none once finished is true")
 
@@ -58,8 +58,11 @@ def asks_what_it_says(case: WorldCase) -> str | None:
     questions = list(case.usual.questions)
     put = Counter((*question.asked, question.again) for question in questions)
     for (step, agent, kind, _), times in put.items():
-        same = f"agent {agent} is asked '{kind}' {times} times in step {step} with the same sampling seed"
-        require(times == 1, f"{same}: use different kinds, or count repetitions in Question.again")
+        require(
+            times == 1,
+            f"agent {agent} is asked '{kind}' {times} times in step {step} with the same sampling seed: use different "
+            "kinds, or count repetitions in Question.again",
+        )
     missing = set(kinds).difference(question.kind for question in questions)
     return f"this episode has no question of the kind {', '.join(sorted(missing))}" if missing else None
 
@@ -68,7 +71,7 @@ def counts_its_calls(case: WorldCase) -> str | None:
     """No episode asks more questions than `count_calls()` says."""
     most = case.scenario.count_calls()
     longest = max(episode.asked for episode in (case.usual, case.idle, case.silent))
-    require(longest <= most, f"an episode asks {longest} questions, but count_calls() is {most}: return more")
+    require(longest <= most, f"an episode asks {longest} questions, but count_calls() is {most}: raise it")
     return f"count_calls() is {most}, but no episode asked more than {longest} questions" if longest < most else None
 
 
@@ -101,7 +104,8 @@ def asks_without_side_effects(case: WorldCase) -> None:
         first, second = ([seen(question) for question in world.pending()] for _ in range(2))
         require(
             first == second,
-            f"two calls of pending() in step {world.step + 1} differ: draw no random number and change no state in it",
+            f"two calls of pending() in step {world.step + 1} return different questions: draw no random numbers and "
+            "change no state in pending()",
         )
         if not first:
             return
@@ -111,7 +115,7 @@ def asks_without_side_effects(case: WorldCase) -> None:
 
 
 def opens_without_side_effects(case: WorldCase) -> None:
-    """`opening()` and `draw()` change no state, so calling them does not change an episode."""
+    """Calls of `opening()` and `draw()` change no state, so an episode is the same without these calls."""
     world = case.scenario.start(case.seed)
     first, second = (list(map(msgspec.json.encode, world.opening())) for _ in range(2))
     require(first == second, "two calls of opening() return different records: draw nothing and change no state")
@@ -225,7 +229,9 @@ def shows_images_where_it_says(case: WorldCase) -> None:
     for question in case.usual.questions:
         images, kind = question.images, question.kind
         is_said = bool(images) == shows
-        require(is_said, f"shows_images is {shows}, but a '{kind}' question has {len(images)} images: correct it")
+        require(
+            is_said, f"shows_images is {shows}, but a '{kind}' question has {len(images)} images: correct shows_images"
+        )
         known = all(image.startswith((b"\x89PNG", b"\xff\xd8\xff")) for image in images)
         require(known, f"an image of a '{kind}' question is neither PNG nor JPEG: encode it as one of these")
 
@@ -242,7 +248,7 @@ def declares_its_records(case: WorldCase) -> None:
     steps = [record for record in scenario.records if record.stream == _STEPS]
     require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': exactly one must have it")
     missing = [key for key in _COMMON if key not in steps[0].__struct_fields__]
-    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs this, as in RoundStep")
+    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs these keys")
     for kind, actions in scenario.actions().items():
         _check_actions(kind, actions, scenario.kinds)
     scenario.declared()
@@ -264,7 +270,7 @@ def writes_what_it_declares(case: WorldCase) -> None:
         name, is_declared = type(record).__name__, type(record) in case.scenario.records
         require(
             is_declared,
-            f"the world writes {name} (stream '{record.stream}') without declaring this class: add it to `records`",
+            f"the world writes a {name} (stream '{record.stream}'), but `records` lacks this class: add it",
         )
     for turn in case.usual.turns:
         step = turn.questions[0].step
@@ -306,8 +312,11 @@ def decides_as_declared(case: WorldCase) -> None:
                 f"agent {row.agent} decided {row.decision!r} in step {row.step}, but actions() has only {declared}",
             )
         else:
-            acts = f"agent {row.agent} has the action {row.decision!r} in step {row.step}"
-            require(row.decision is None, f"{acts}, but the outcome {row.outcome}: record null instead of an action")
+            require(
+                row.decision is None,
+                f"agent {row.agent} has the action {row.decision!r} in step {row.step}, but its reply chose nothing "
+                f"({row.outcome}): record null as the action",
+            )
 
 
 def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
@@ -346,7 +355,7 @@ def loads_its_records_back(case: WorldCase) -> None:
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """If agents have personas, `opening()` returns a record `Agent` for each persona of `personas(seed)`.
+    """If agents have personas, the records of `opening()` contain each agent's persona.
 
     The persona of an agent that is born later is recorded at its birth.
     """
@@ -357,8 +366,10 @@ def opens_with_its_personas(case: WorldCase) -> None:
     if case.scenario.grows:
         personas = personas[: len(case.usual.turns[0].questions)]
     expected = {agent: persona for agent, persona in enumerate(personas) if persona}
-    differ = f"opening() records the personas {recorded}, but personas({case.seed}) returns {expected}"
-    require(recorded == expected, f"{differ}: record the personas of personas()")
+    require(
+        recorded == expected,
+        f"opening() records the personas {recorded}, but personas({case.seed}) returns {expected}: make them equal",
+    )
 
 
 def redraws_what_it_drew(case: WorldCase) -> None:
@@ -369,9 +380,11 @@ def redraws_what_it_drew(case: WorldCase) -> None:
     for step, picture in episode.pictures.items():
         require(picture.startswith(b"\x89PNG"), f"draw() returns no PNG after step {step}: encode the picture as PNG")
         is_same = again.draw(step) == picture
-        require(is_same, f"redraw() and draw() differ in step {step}: draw only what the records contain")
+        require(
+            is_same, f"redraw() and draw() give different pictures in step {step}: draw only what the records contain"
+        )
 
 
 def steps_of(records: Sequence[Record]) -> Iterator[Any]:
-    """Yield the records of the stream `steps`."""
+    """Yield the records of steps; leave out other records, such as messages."""
     return (record for record in records if record.stream == _STEPS)

@@ -28,7 +28,7 @@ STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
 
 
 class Computed(Mapping[str, Any]):
-    """A mapping that computes a value only when it is read, since few policies read `Question.secret`."""
+    """A mapping that computes a value only when it is read, since few policies read secret data."""
 
     def __init__(self, functions: Mapping[str, Callable[[], Any]]) -> None:
         self._functions = functions
@@ -69,7 +69,7 @@ class Question:
     again: int = 0
 
     def sampling_seed(self, seed: int) -> int:
-        """Return the sampling seed of this question's reply, computed from the run's sampling seed `seed`."""
+        """Return the sampling seed of this question's reply, computed from the run's own sampling seed."""
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
@@ -79,7 +79,7 @@ class Question:
 
     @property
     def told(self) -> Observation:
-        """The keys of `observation` and of `secret` in one mapping, for scripted policies."""
+        """The observation and the secret data in one mapping, for scripted policies."""
         if self.secret is None:
             return self.observation
         return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
@@ -137,7 +137,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """Return the next round's questions in the order of `pending`, and go on; nothing if an answer is missing."""
+        """Return the questions of the next round, in the world's order; nothing if an answer of it is missing."""
 
 
 class World(ABC):

@@ -1,8 +1,9 @@
 """Mends broken JSON objects with the library json-repair, and rejects its guesses.
 
-The library json-repair guesses unclear parts, so its object is compared with the text. The object is rejected in two
-cases. If a key occurs more often in the text, the library merged two objects. If a key contains quotation marks, the
-library merged values. A value at the end of the text may be incomplete, so it becomes `Unfinished`.
+The library json-repair guesses unclear parts, so its object is compared with the text. If the text has a key more often
+than the object, the library merged two objects, and the object is rejected. If a key contains quotation marks, the
+library merged values, and the object is rejected too. A value at the end of the text may be incomplete, so it becomes
+`Unfinished`.
 """
 
 import re

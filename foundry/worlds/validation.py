@@ -57,7 +57,7 @@ def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
 
 
 def refuse_repeated_names(names: Iterable[str], where: str) -> None:
-    """Raise InputError if a name occurs twice; `where` is the key of the named things, such as `world.places`."""
+    """Raise InputError if a name occurs twice in a list of settings, such as `world.places` (`where`)."""
     seen: set[str] = set()
     for name in names:
         if name in seen:

@@ -191,7 +191,10 @@ def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((*UNLIKE, "until=answered"), "folder 'out' has no such file. Make it with: foundry preregister"),
+        (
+            (*UNLIKE, "until=answered"),
+            "folder 'out' contains no preregistration.yaml. Make a plan with: foundry preregister",
+        ),
         ((*UNLIKE[:-1], "until=answered"), "no output.dir is named"),
         ((*UNLIKE, "until=soon"), "until must be null or answered; got soon"),
     ],

@@ -129,7 +129,7 @@ def test_an_option_that_does_not_exist_is_told_with_its_file(own: Write):
     file = own("prompt: papper")
     with pytest.raises(InputError, match="Did you mean 'paper'") as told:
         composed("model=scripted/stay")
-    assert str(told.value).endswith(f"Your defaults in {file} choose it.")
+    assert str(told.value).endswith(f"Your defaults in {file} name this option.")
 
 
 def test_a_sweep_says_what_it_took_from_the_users_file_and_records_it(own: Write, tmp_path: Path):

@@ -325,15 +325,15 @@ BROKEN = [
      "survives bad replies", "instead of empty"),
     (with_world("Gossip", advance=_tells_all), "takes bad replies for no decision", "other agents observe"),
     (with_world("Fined", row=row_with(utility=lambda self, row, answer: -float(len(answer.text)))),
-     "takes bad replies for no decision", "record the same"),
+     "takes bad replies for no decision", "write equal"),
     (with_world("Unsure", advance=_unsure), "gives the same when played again", "differ"),
     (with_world("Doubled", question=question_with(options=("heads", " heads"))),
      "reads the options it offers", "keep one"),
     (with_world("Misleading", question=question_with(options=("edge",))), "reads the options it offers", "the outcome"),
     (with_world("Hasty", ahead=lambda self: Hasty(self)), "asks ahead what it asks later", "early questions differs"),
     (with_world("Backwards", ahead=lambda self: Backwards(self)), "asks ahead what it asks later", "order of pending"),
-    (with_world("Mute", ahead=lambda self: Mute(self)), "asks ahead what it asks later", "ready() is empty"),
-    (with_world("Early", ahead=lambda self: Early(self)), "asks ahead what it asks later", "without an answer"),
+    (with_world("Mute", ahead=lambda self: Mute(self)), "asks ahead what it asks later", "ready() returns no"),
+    (with_world("Early", ahead=lambda self: Early(self)), "asks ahead what it asks later", "no answer yet"),
     (with_world("Busy", question=question_with(idle="heads")), "reads its idle reply", "'heads'"),
 ]  # fmt: skip
 """A world, the check that must see what is wrong with it, and words of what that says."""

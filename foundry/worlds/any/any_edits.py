@@ -57,7 +57,7 @@ def other_image(question: Question, others: Sequence[Question]) -> Question | No
 
 
 def places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the positions of the options that `permute_options` can move to the front: `2`, `3` and so on."""
+    """Return the positions, from 2, of the options that this edit can move to the front of a list."""
     most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
     return tuple(str(place) for place in range(2, most + 1))
 
@@ -92,7 +92,7 @@ def swap_persona(question: Question, others: Sequence[Question], part: str | Non
 
 
 def with_part(own: Mapping[str, str], other: Mapping[str, str], part: str | None) -> dict[str, str]:
-    """Return the persona `own` with one attribute, `part`, copied from `other`; without a part, return `other`."""
+    """Return a persona with one attribute (`part`) of another persona; without a part, return the other persona."""
     if part is None:
         return dict(other)
     return {name: other.get(name, value) if name == part else value for name, value in own.items()}

@@ -30,7 +30,7 @@ class Random(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Answers every kind of question, by its options."""
+        """Answers every kind of question, with one of its options."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question that lists no legal replies."""
@@ -68,7 +68,7 @@ class Stay(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Answers every kind of question, by its idle reply."""
+        """Answers every kind of question, with its idle reply."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question without an idle reply."""
@@ -96,7 +96,7 @@ class First(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Answers every kind of question, by its options."""
+        """Answers every kind of question, with one of its options."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question that has neither options nor an idle reply."""

@@ -43,11 +43,11 @@ _KNOWN: dict[type[msgspec.Struct], str] = {
     Fire: "name start position intensity radius",
     History: "memory messages",
 }
-"""Settings under which questions can be asked early, by the class of the settings."""
+"""Settings that this module knows, by their class; with these settings, agents can be asked early."""
 
 
 def is_known(settings: GridSettings) -> bool:
-    """Return whether agents can be asked early: all settings outside `_KNOWN` have their default values."""
+    """Return whether agents can be asked early: every setting that this module does not know has its default."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
         one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
@@ -61,7 +61,7 @@ _fields = cache(msgspec.structs.fields)
 
 
 def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray:
-    """Return for each agent whether it can come close enough to a cell in its remaining steps, (n,).
+    """Return whether each agent can come within reach of a cell in its remaining steps, (n,).
 
     The reachable cells form a square standing on its corner, |x| + |y| <= steps. The result says whether the nearest
     point of this square is within reach.
@@ -80,7 +80,7 @@ def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray
 
 
 def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
-    """Return for each agent whether it can enter a place in its steps, (n,); cells (n, 2), steps (n,)."""
+    """Return whether each agent can enter a place in its remaining steps, (n,); cells (n, 2), steps (n,)."""
     low, high = np.array([place.x_min, place.y_min]), np.array([place.x_max, place.y_max])
     away = np.maximum(low - cells, 0) + np.maximum(cells - high, 0)
     return np.asarray(away.sum(axis=1) <= steps)
@@ -190,7 +190,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Return the agent to wait for: the one furthest behind of the agents that may come near; None if none may."""
+        """Of the agents that may come near, return the agent that is furthest behind; None if no agent may."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):

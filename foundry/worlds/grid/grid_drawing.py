@@ -75,7 +75,7 @@ def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequenc
 
 
 PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBBBB")
-"""Colours that colour-blind people can tell apart (Okabe and Ito); `FIRE_COLOUR` is from the same palette."""
+"""Colours that colour-blind people can tell apart (Okabe and Ito); fires have another colour of this palette."""
 
 FIRE_COLOUR = "#D55E00"
 PLACE_COLOUR = "#E8E8EE"

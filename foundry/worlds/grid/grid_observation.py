@@ -61,7 +61,7 @@ class Scene:
     def step_of(
         self, index: int, cell: Cell, arrived: Cell, message: MessageReading, action: ActionReading
     ) -> dict[str, Any]:
-        """Return the fields of one agent's `GridStep`, except `step`, `agent` and `place`.
+        """Return an agent's record of a step as a dict, without the number of the step, the agent's id and its place.
 
         Args:
             index: index of the agent in the sequences of this scene.
@@ -111,7 +111,7 @@ class Perception:
     def _observe(
         self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
     ) -> Scene:
-        """Return the scene at `step`; `ids` are ascending, and `cells` are in the order of `ids`."""
+        """Return the scene at a step; the ids of agents are ascending, and their cells have the same order."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
         near = self._near(grid, area_of)
@@ -132,7 +132,7 @@ class Perception:
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
-        """Return the ids of one agent's neighbours, and its observation; both equal the result of `observe`.
+        """Return one agent's neighbours (ids) and observation, equal to those in the scene of all agents.
 
         Args:
             step: 1-based step.
@@ -255,5 +255,5 @@ def deliveries(
 
 
 def heard(message: Message) -> dict[str, Any]:
-    """Convert a delivered message to an entry of `received` in an observation."""
+    """Convert a delivered message to an entry in the recipient's observation."""
     return {"sender": message.sender, "text": message.text}

@@ -18,7 +18,7 @@ LEADER = "leader"
 """The role of leaders, who know the exits."""
 _WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
 _WAYS = {way: OFFSETS[way] for way in ("right", "up", "left", "down")}
-"""The directions in the order of preference: `right` is first, so that agents eat the food row by row."""
+"""The directions in the order of preference; right comes first, so that agents eat the food row by row."""
 
 
 def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:

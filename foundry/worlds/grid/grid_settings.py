@@ -193,7 +193,7 @@ def _unplaced(item: Any, position: str, where: str) -> Any:
 
 
 def _check_drawn(settings: GridSettings) -> None:
-    """Reject `draw_positions` if positions of places and fires would affect even agents that ignore them."""
+    """Reject random positions if these positions affect even agents that ignore places and fires."""
     if settings.furnished:
         raise InputError(
             "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "

@@ -1,16 +1,16 @@
 """Reads decisions from replies; never invents a decision.
 
-The outcome is `chosen` if the text, apart from blanks, is one JSON object with the requested keys and values. Keys
-that the prompt does not request are ignored. `memory` and `reasoning` may be missing or null. A missing `message`, or
-null, means silence.
+A reply counts as chosen if the text, apart from blanks, is one JSON object with the requested keys and values. Keys
+that the prompt does not request are ignored. The memory and the reasoning may be missing or null. If the message is
+missing or null, the agent is silent.
 
-The outcome is `repaired` if a text in another form contains one clear decision. The reader skips thinking, code fences,
+A reply counts as repaired if it contains one clear decision in another form. The reader skips thinking, code fences,
 text around the object, and remarks on a value. It understands nested objects, broken JSON (`foundry.worlds.mending`),
-lines such as "action: stay" instead of an object, and other names of keys, actions and directions (`words`). A message
-such as "no message" means silence. If `memory` or `reasoning` is not a text, its value is kept as JSON.
+and lines such as "action: stay" instead of an object. It knows other names of keys, actions and directions (`words`). A
+message such as "no message" means silence. A memory or reasoning that is not a text is kept as JSON.
 
-The outcome is `unreadable` (in a cut text, `truncated`) if the text has no decision, if a key has several values, or if
-objects disagree. A decision is also unreadable if it may continue after the cut, copies the prompt's placeholder, or
+A reply counts as unreadable (if the text was cut, as truncated) if it has no decision, if a key has several values, or
+if objects disagree. A decision is also unreadable if it may continue after the cut, copies the prompt's placeholder, or
 contains an unknown word.
 
 The time to read a reply is linear in its length.
@@ -50,7 +50,7 @@ class MessageReading:
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The message without quotes and other marks; a mended object and the lines of its text must agree on it."""
+        """The message without quotes and other marks; a mended object must agree with the lines of its text on it."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
@@ -87,7 +87,7 @@ class ActionReading:
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The values on which a mended object and the lines of its text must agree."""
+        """The values on which a mended object must agree with the lines of its text."""
         return self.decision
 
 
@@ -137,7 +137,7 @@ def read_as(
 def _agreed(
     candidates: Iterable[dict[str, Any]], interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Reading | None:
-    """Return the decision in the candidates; None if no candidate has a decision, or if decisions differ.
+    """Return the decision in several objects; None if no object has a decision, or if decisions differ.
 
     A mended candidate with an unreadable decision, such as a copy of the prompt's placeholder, is skipped.
     """
@@ -206,7 +206,7 @@ def _decides(found: dict[str, Any]) -> bool:
 
 
 def _holds_inner(found: dict[str, Any]) -> bool:
-    """Return whether a key such as `decision` contains another decision: `{"decision": {"action": ...}}`."""
+    """Return whether an object has its decision in an inner object, as in `{"decision": {"action": ...}}`."""
     return any(_decisive(key) and _decides(one) for key, value in found.items() for one in _objects(value))
 
 
@@ -272,7 +272,7 @@ _ASIDE = re.compile(
     r"(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys that contain a past, possible or rejected decision, such as `previous_action`."""
+"""Names of keys that contain a past, possible or rejected decision, such as a previous action."""
 
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 

@@ -85,7 +85,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """The grid from -half_size to +half_size on both axes; no agent starts in its `places` or `closed` cells."""
+    """The grid from -half_size to +half_size on both axes; no agent starts in a place or in a closed cell."""
 
     half_size: int
     places: tuple[Place, ...]

@@ -124,7 +124,7 @@ def key_of(name: str) -> str | None:
 
 
 def understand(action: object, direction: object) -> Meaning | None:
-    """Return the action that the values of `action` and `direction` mean together; None if they are uncertain.
+    """Return the action that a reply's action and direction mean together; None if this is uncertain.
 
     Either value may give the direction, but the two must not give different directions.
     """
@@ -220,7 +220,7 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Maximum number of labels such as "action:" in a reply; longer texts contain no clear decision."""
+"""Maximum number of labels such as "action:" in a text; a text with more labels contains no clear decision."""
 
 _NAMES = "|".join(
     re.escape(name) for names in _WORDS.keys.values() for name in sorted(_split(names), key=len, reverse=True)

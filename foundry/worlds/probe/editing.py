@@ -1,15 +1,18 @@
 """Finds edits. An edit changes what an agent perceives in a moment, and says how its decision should change.
 
-A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` is one of three words. With
-`invariance`, the decision should not change. With `equivariance`, the decision should change to `expected(action)`.
-With `cause`, the edit removes a possible cause of the decision. `edit` returns a changed question, or None if it has
-nothing to change. It changes only the structured observation and the images, never the prompt's text. The shipped edits
-of a form are `EDITS` in `foundry/worlds/<form>/<form>_edits.py`; the edits of the folder `any` fit every form.
+A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` states how the decision should
+change. An edit of invariance should not change the decision. An edit of equivariance should change each action to its
+expected action (`expected(action)`). An edit of a cause removes a possible cause of the decision.
 
-The function `edit` may have two more parameters. It gets as `others` the questions of all other moments of this seed
-and of the next seed. It gets as `part` the name of the part to change, if the module has a function `parts(scenario)`
-that lists the names of the edit's parts. For example, `swap_persona.age` changes the part `age`, and
-`swap_persona.each` stands for one edit per part. The function `expected` may have the parameter `scenario` too.
+The function `edit` returns a changed question, or None if there is nothing to change. An edit changes the structured
+observation and the images, never the prompt's text. Shipped edits of a form are in
+`foundry/worlds/<form>/<form>_edits.py` (`EDITS`); the edits in the folder `any` fit every form.
+
+An edit may have parts, such as the attributes of a persona. The module's function `parts(scenario)` returns the names
+of the parts, and `edit` gets the chosen name as its argument `part`. For example, `swap_persona.age` changes only the
+age, and `swap_persona.each` stands for one edit per attribute. The function `edit` may also have a parameter `others`,
+for the questions of all other moments of this seed and of the next seed. The function `expected` may have a parameter
+`scenario`, for the configured world.
 """
 
 import inspect
@@ -34,7 +37,7 @@ SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""Name that stands for every part of an edit: `swap_persona.each` means one edit per part."""
+"""Name in place of a part: `swap_persona.each` stands for one edit per part."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return a list: the edit with this name or, for a name such as `swap_persona.each`, one edit per part."""
+    """Return the edit with this name in a list; if the name stands for each part, return one edit per part."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:

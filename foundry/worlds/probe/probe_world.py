@@ -13,7 +13,7 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""Number by which `Question.again` grows per repeat; larger than every value of `again` in the recorded world."""
+"""Number that each repeat adds to `Question.again`; no recorded world counts so far within a step."""
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
@@ -187,7 +187,7 @@ class ProbeWorld(World):
     """Asks the moments of one seed in rounds, so that a sweep can be stopped between rounds."""
 
     def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
-        """Take the questions in order; with `sampling`, put off the repeats until a moment has its first answer."""
+        """Take the questions in order; with sampling options, a moment's repeats wait for its first answer."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
         self._put = [one for one in put if sampling is None or one.repeat == 0]
         self._repeats: dict[Moment, list[Put]] = {}

@@ -1,8 +1,8 @@
 """Edits that set one number in an observation, and change nothing else.
 
 A quantity is a path of keys and list indices in the observation, such as `evenings.-1.went`. `evenings.count` is the
-length of the list `evenings`. Setting a quantity may
-have to change several numbers: a form's edits have `MOVES`, which maps patterns of paths to functions for this.
+length of the list `evenings`. If several numbers
+depend on a quantity, the edits of the form have a function that sets all of these numbers (`MOVES`).
 """
 
 import re
@@ -26,7 +26,7 @@ _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
 
 def moves_of(text: str) -> list[str]:
-    """Return names of edits, one per value: `x=1..2` becomes `x=1` and `x=2`."""
+    """Return the name of one edit per value in a text such as `fires.0.distance=1..20`."""
     path, _, values = text.partition("=")
     numbers = [value for item in values.strip("[]").split(",") for value in _values(item.strip(), text)]
     if not path or len(numbers) > MOST:
@@ -47,7 +47,7 @@ def _values(item: str, text: str) -> list[float]:
 
 
 def split(name: str) -> tuple[str, float]:
-    """Split the name of an edit into path and value: `fires.0.distance=3` becomes `fires.0.distance` and 3."""
+    """Split the name of an edit, such as `fires.0.distance=3`, into the path of the quantity and its value."""
     path, _, value = name.rpartition("=")
     return path, float(value)
 

@@ -1,15 +1,15 @@
 """Reads decisions and talk from replies, and never guesses a decision.
 
-The outcome is `chosen` if the reply has the requested form. The requested form is exactly a decision, such as "go", or
-one JSON object with exactly a decision as `action` (or under the kind of question). In talk, it is a JSON object with
-`message`, or a text without any JSON object.
+A reply counts as chosen if it has the requested form. This form is exactly a decision, such as "go", or a JSON object
+with exactly a decision under the key `action` or the kind of question. Talk has the requested form if it is a JSON
+object with a message, or a text without any JSON object.
 
-The outcome is `repaired` if the reply has one clear decision in another form. The decision may follow thinking, or be
-in a code fence, between other text or in broken JSON. It may also be a line such as `Action: go`, or a sentence such as
-"I will go." in which all words are known.
+A reply counts as repaired if it has one clear decision in another form. The decision may follow thinking, or be in a
+code fence, between other text or in broken JSON. The decision may also be a line such as "Action: go", or a sentence
+such as "I will go." in which all words are known.
 
-The outcome of all other replies is `unreadable` (in a cut text, `truncated`), for example of illegal or contradictory
-decisions. An unknown word may revoke a decision, so it makes a text unreadable: "I will not go" decides nothing.
+Any other reply counts as unreadable (if the text was cut, as truncated), for example an illegal or a contradictory
+decision. An unknown word may revoke a decision, so it makes a text unreadable: "I will not go" decides nothing.
 """
 
 import json
@@ -42,7 +42,7 @@ _ASIDE = re.compile(
     r"|reason\w*)(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys and lines that contain a past, possible or rejected decision, such as `last action`."""
+"""Names of keys and lines that contain a past, possible or rejected decision, such as the last action."""
 _LINE = re.compile(
     r"^[ \t>*•#\d.)_`\"'“-]{0,12}+((?:(?:my|the|final)[ ])?[^\W\d][\w ]{0,30}?)[ \t*_`\"'”]{0,6}+"
     r"[:：=](?!=)[\s*_]*+(.*)$",
@@ -138,7 +138,7 @@ class _Reader:
         return whole if whole is not None and reading is not None and lines == {reading.action} else Mended()
 
     def _in_lines(self, content: str, answer: Answer) -> Reading | None:
-        """Return the decision from lines such as `Action: go` or, if there are none, from the whole text."""
+        """Return the decision from lines such as "Action: go"; if there are none, read the whole text."""
         if answer.ending == LENGTH:  # the text may be incomplete
             return None
         named = list(self._lines(content))

@@ -128,7 +128,7 @@ Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
 
 
 class RoundsScenario(Scenario):
-    """A world that is played in rounds. To define a game, write a subclass with `kinds`, `actions` and `play`.
+    """A world that is played in rounds. A game is a subclass with `kinds` of questions, `actions` and rules (`play`).
 
     Description:
         Agents without a position decide in rounds, at once or in turn.
@@ -206,7 +206,7 @@ class RoundsScenario(Scenario):
         return json.dumps({MESSAGE: text})
 
     def picture(self, lines: Sequence[RoundStep], step: int) -> bytes:
-        """Return a PNG of the state after a step; `lines` are the lines of `steps.jsonl` up to this step."""
+        """Return a PNG of the state after a step, drawn from the recorded lines of all steps so far."""
         return draw(lines, step, agents=self.agents, steps=self.steps, actions=self.actions())
 
     def redraw(self, recorded: Recorded) -> Redrawing:

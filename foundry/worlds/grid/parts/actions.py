@@ -47,7 +47,7 @@ class FurnishedAction(ActionReading):
 
 
 def read_furnished_action(answer: Answer, allowed: Collection[str]) -> FurnishedAction:
-    """Read the reply to an action question; `allowed` names the actions of this world besides `stay` and `move`.
+    """Read the reply to an action question; `allowed` names the world's actions besides staying and moving.
 
     To share or attack, the reply must give the other agent's id in `target`, as a number or a text such as "Agent 4".
     """

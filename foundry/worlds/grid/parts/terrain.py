@@ -74,7 +74,7 @@ class Ground:
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def stops(self, cell: Cell) -> str | None:
-        """Return the obstacle that keeps agents out of a cell, `edge` or `wall`; None if agents can enter it."""
+        """Return the word for the obstacle that keeps agents out of a cell; None if agents can enter the cell."""
         if cell not in self:
             return "edge"
         return "wall" if cell in self.walls else None
@@ -328,7 +328,7 @@ class FoodSupply:
         return taken
 
     def grow(self, step: int) -> None:
-        """In every `regrow_every`-th step, add one unit to each cell that bears food, up to the cell's maximum."""
+        """At regular steps (`regrow_every`), add one unit to each cell that bears food, up to the cell's maximum."""
         if self._settings.regrow_every is not None and step % self._settings.regrow_every == 0:
             for cell in self._bearing:
                 self._set(cell, min(self.food.get(cell, 0) + 1, self._settings.amount))
