@@ -58,7 +58,7 @@ class _Doorway:
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
-    """Return departures by which as many agents as possible are outside after every step. Agents block nobody's way.
+    """Return the departures that bring most agents outside by every step, if no agent ever blocks another agent.
 
     An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
     together are a matroid (Edmonds and Fulkerson 1965). So filling places in the order of steps is optimal for every

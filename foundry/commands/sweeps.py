@@ -165,7 +165,7 @@ def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, pr
 Run: TypeAlias = "Callable[[SweepFolder, Any, dict[str, ModelInfo], Runner], int]"
 """A function that plays the unfinished runs of a folder, and returns the exit code.
 
-Its arguments are the folder, the settings, the facts about the models, and the runner.
+The arguments of this function are the folder, the settings, the facts about the models, and the runner.
 """
 
 

@@ -43,7 +43,7 @@ UNLIMITED_REPLY = 1024
 COMMON_REPLY = 4
 """A common reply is assumed to be this many times shorter than the longest reply that is allowed."""
 CUT_BEYOND = 8
-"""If a prompt has more characters per counted token, the server has cut it: no tokenizer has as many in English."""
+"""No tokenizer has so many characters per token in English, so a server that counts fewer tokens has cut the prompt."""
 
 
 class Status(StrEnum):

@@ -32,7 +32,7 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""The module with the function `write` of each format. The extra with the name of a format installs its packages."""
+"""For each format, the module whose function `write` writes it. An extra of the same name installs its packages."""
 
 
 @dataclass(frozen=True)

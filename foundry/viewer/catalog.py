@@ -23,7 +23,7 @@ ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
 """Number of runs whose state is checked before the page shows a sweep for the first time."""
 FEW = 2_000
-"""Number of unchecked runs that a later request checks. In a sweep with at most so many runs, it checks all runs."""
+"""Number of unchecked runs that a later request checks. In a sweep with at most so many runs, all are checked."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 

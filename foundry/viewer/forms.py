@@ -1,8 +1,8 @@
 """Finds the view of a form by its name: the class that reads its records, and the script of its page.
 
-For a form of foundry, they are in `foundry/viewer/<form>/`; the script is `static/page.js`. For a form of the user,
-the module of the form names them as `VIEWER` and `PAGE` (`foundry.own_code`, group `forms`). For any other form, the
-view `any` shows the parts that all forms share.
+The class and the script of foundry's own forms are in `foundry/viewer/<form>/`; the script is `static/page.js`. The
+module of a user's form names its class as `VIEWER` and its script as `PAGE` (`foundry.own_code`, group `forms`). For
+any other form, the view `any` shows the parts that all forms share.
 """
 
 from dataclasses import dataclass

@@ -62,7 +62,7 @@ class StepLines:
         return self._counted(0)[1]
 
     def _counted(self, place: int) -> tuple[int, int]:
-        """Return the step with an index in the order of steps, and its number of lines."""
+        """Return the step at an index of the list of steps, and the number of lines of this step."""
         with self._lock:
             if not self._steps:
                 return 0, 0

@@ -27,7 +27,7 @@ _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
-    """Return the record of a condition. Its results are the declared measures with a value and a better direction.
+    """Return the record of a condition, with results for declared measures that have a value and a better direction.
 
     A measure has a better direction if high values, or low values, are better.
     """

@@ -96,7 +96,7 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
-    """Return an image as it was sent. If it was not recorded, return its hash, as data that is not a text."""
+    """Return an image as it was sent. If the image was not recorded, return its hash as data, not as a text."""
     found = run.image(sha256)
     if found is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})

@@ -143,7 +143,7 @@ class AnyView(RunView):
             yield agent, {"persona": personas.get(agent, {}), "marks": mine}
 
     def stream(self, number: int, chunk: int) -> dict[str, Any]:
-        """Return the lines of a further record file for a chunk of steps; without steps, return its first lines."""
+        """Return the lines of a world's own record file for a chunk of steps; the first lines if they have no step."""
         first, last = self.chunk(chunk, self.steps_per_chunk)
         rows = self._streams[number].rows(first, last) if number < len(self._streams) else []
         return {"first": first, "last": last, "rows": rows}
@@ -160,7 +160,7 @@ class AnyView(RunView):
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the parts of an export: lanes, curves, further record files, and pictures if drawing them is quick.
+        """Yield the parts of an export: lanes, curves, the world's own record files, and pictures if drawing is quick.
 
         A part that only this form has is yielded for every agent, or for every combination of agents.
         """

@@ -1,4 +1,4 @@
-"""The record files of a run that only its world has, for tables and curves."""
+"""The record files that only one world writes; the page shows them as tables and curves."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -47,7 +47,7 @@ class OwnStream:
 
 
 def streams_of(folder: RunFolder) -> tuple[OwnStream, ...]:
-    """Return the further record files of a run; a file without declared keys is left out while it is empty."""
+    """Return the world's own record files of a run; a file without declared keys is left out while it is empty."""
     found = (_stream(folder, name) for name in folder.streams if name not in _SHOWN_ELSEWHERE)
     return tuple(one for one in found if one.keys or _head(one.lines))
 
@@ -76,7 +76,7 @@ _READ = msgspec.json.Decoder(dict[str, Any]).decode_lines
 
 @dataclass(frozen=True)
 class Curves:
-    """Numbers over time that share one scale: all numbers of a further record file, or one number of `steps.jsonl`.
+    """Numbers over time that share one scale: all numbers of a world's own record file, or one number of `steps.jsonl`.
 
     Attributes:
         name: name of the file or of the number.
@@ -104,7 +104,7 @@ class Curves:
 
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:
-    """Return the curves of a run: first one for each further record file, then one for each number of the decisions."""
+    """Return the curves of a run: one for each of the world's own record files, then one for each other number."""
     files = ((one.name, _numbers(declared.streams.get(one.name, {})), one.lines) for one in streams if one.by_step)
     of_files = [Curves(name, keys, lines) for name, keys, lines in files if keys]
     own = (key for key in _numbers(declared.streams.get("steps", {})) if key not in _COMMON)

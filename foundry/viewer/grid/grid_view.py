@@ -204,7 +204,7 @@ class GridView(RunView):
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
-        """Return an agent's path by step. Before it arrives, it is at its first cell; once gone, at its last cell."""
+        """Return an agent's path by step: its first cell before it arrives, and its last cell after it has left."""
         final = rows[-1:]
         before = [rows[0].x, rows[0].y] if rows else [0, 0]
         early, late = (rows[0].step - 1, self.done - rows[-1].step) if rows else (0, self.done)

@@ -21,7 +21,7 @@ class Desk(Protocol):
     """Gives the person questions, one by one."""
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Any:
-        """Return the state once its `version` is above `after`. After `patience_s` seconds, return it in any case."""
+        """Wait at most `patience_s` seconds until the `version` of the state is above `after`; return the state."""
 
     def agree(self) -> None:
         """Record that the person has agreed, and show the first question."""

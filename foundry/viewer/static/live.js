@@ -20,7 +20,7 @@
   /** Return the names of the models whose number of remaining calls is unknown. */
   function besides({unknown}) {
     const names = unknown.slice(0, 3).join(", ") + (unknown.length > 3 ? ` and ${unknown.length - 3} more` : "");
-    return names && `, not counting calls of ${names}`;
+    return names && `, without the calls of ${names}, whose number is unknown`;
   }
 
   /** Return the time at which the remaining calls will be made if the speed does not change. */

@@ -18,7 +18,7 @@
      * @param options.why returns the reason why there are no events, or an empty text
      * @param options.kinds the kinds of jumps: "message", "fire", "failure", "boundary"
      * @param options.summary returns the text to announce when the clock stops
-     * @param options.agents functions for choosing an agent by key: `most` returns the number of agents, `chosen` the chosen agent, `select` takes an agent or null
+     * @param options.agents functions for choosing an agent by key: `most` returns the number of agents; `chosen` returns the chosen agent; `select` takes an agent or null
      * @param options.search the search that a key opens
      * @param options.notes the notes that a key opens
      * @param options.keys further keys of the page, for the list of keys

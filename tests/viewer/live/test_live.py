@@ -146,7 +146,7 @@ def test_what_open_runs_do_and_what_failed_is_shown_while_a_sweep_is_played(page
         page.wait_for_selector(".live tbody tr")
         told = page.text_content(".live")
         assert page.text_content("tbody tr").startswith(f"{third.id}firstpaper22 of 616 of 48")
-        assert "not counting calls of second" in told
+        assert "without the calls of second, whose number is unknown" in told
         assert "66 made in this session" in told and "50 % of the calls" in told
         assert "12 calls sent or waiting; at most 8 at a time" in told
         assert "1 × BackendError: the server is gone <b>" in told
@@ -169,4 +169,4 @@ def test_the_end_is_told_by_the_calls_left_and_the_calls_a_second_so_far(page: A
         assert "not known yet" in page.evaluate(tell, [1, 10, 20, 30])
         told = page.evaluate(tell, [0, 0, 20, 20, 40])
         assert "5 calls sent per second" in told
-        assert re.search(r"in 2 min \(\d\d:\d\d\), if the speed stays the same, not counting calls of second", told)
+        assert re.search(r"in 2 min \(\d\d:\d\d\), if the speed stays the same, without the calls of second", told)

@@ -71,7 +71,7 @@
 
   /**
    * The page of a run. A form may extend it with three methods. `stage()` returns the elements beside the inspector. The
-   * page calls `drawStep(step, share)` when the clock moves, and `chosen()` when the user chooses another agent.
+   * page calls `drawStep(step, share)` when the clock moves; it calls `chosen()` when the user chooses another agent.
    */
   class AnyPage {
     constructor(data, wanted) {

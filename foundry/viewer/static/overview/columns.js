@@ -13,7 +13,7 @@
       this.list = h("div", {class: "families"});
       this.count = h("p", {class: "note", role: "status"});
       this.element = h("details", {class: "menu", ontoggle: () => this.draw()}, h("summary", {}, "columns"),
-        h("div", {class: "menu-list"}, this.search, h("label", {}, this.twins, " also show measures over readable replies only"), this.count, this.list));
+        h("div", {class: "menu-list"}, this.search, h("label", {}, this.twins, " also show measures that only count readable replies"), this.count, this.list));
     }
 
     set(measures, shown) {
