@@ -164,7 +164,7 @@ class Episode:
         return sum(len(turn.questions) for turn in self.turns)
 
     def lines(self, stream: str) -> bytes:
-        """Return the lines that this record file would have."""
+        """Return the content of a record file with the records of this episode."""
         return b"".join(msgspec.json.encode(one) + b"\n" for one in self.records if one.stream == stream)
 
     def content(self) -> list[bytes]:

@@ -373,7 +373,7 @@ def opens_with_its_personas(case: WorldCase) -> None:
 
 
 def redraws_what_it_drew(case: WorldCase) -> None:
-    """`redraw` draws every picture of `draw` again from the records alone, byte for byte."""
+    """Pictures that are drawn again from the records alone equal the original pictures, byte for byte."""
     episode = case.drawn
     images = {one.path: one.content for one in episode.records if hasattr(one, "path") and hasattr(one, "content")}
     again = case.make().redraw(Recorded(case.seed, episode.lines(_STEPS), episode.lines("episode"), images.get))

@@ -200,7 +200,7 @@ class Redrawing(ABC):
 
     @abstractmethod
     def draw(self, step: int) -> bytes:
-        """Return the PNG that `World.draw` returned after `step` steps (0: the initial state)."""
+        """Return the same PNG as the running world after `step` steps (0: the initial state)."""
 
     def told(self, step: int) -> Sequence[str]:
         """Return captions of a step for films, in addition to messages; none by default."""
@@ -282,7 +282,7 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot read a single reply: add a method `read` to its Scenario.")
 
     def strata(self, question: Question) -> Mapping[str, str | bool]:
-        """Return properties of a moment, by name; a probe samples evenly over their values. Empty by default."""
+        """Return properties of a moment by name; a probe takes about equally many moments for each value."""
         return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:

@@ -42,7 +42,7 @@ class Unfinished:
 
 
 KeyOf = Callable[[str], str | None]
-"""Function that returns the key of a decision that a name means, or None for other names."""
+"""Function that returns the requested key that a name means, such as "action"; None for other names."""
 
 
 def mended(text: str, key_of: KeyOf) -> Mended | None:

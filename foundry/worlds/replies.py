@@ -41,7 +41,7 @@ _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
 
 
 def merged(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the pairs as a dict, or as a `Conflicting` dict if a key occurs with different values."""
+    """Return the pairs as a dict; it is marked as conflicting if a key occurs with different values."""
     found = dict(pairs)
     if len(found) == len(pairs) or all(found[key] == value for key, value in pairs):
         return found
@@ -91,7 +91,7 @@ def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
 
 
 def without_thinking(text: str) -> str:
-    """Return the text without `<think>...</think>` and the like, even if one of the two tags is missing."""
+    """Return the text without thinking between tags such as `<think>`, even if one of the two tags is missing."""
     kept: list[str] = []
     thinking = False
     for part in _THINK.split(text):

@@ -48,7 +48,7 @@ def _explain(message: str, kind: type[msgspec.Struct], where: str) -> InputError
 
 
 def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
-    """Return the innermost Struct along a path such as `.places[0].center`."""
+    """Return the class of the settings that contain the last key of a path such as `.places[0].center`."""
     for name in re.findall(r"\w[^.\[]*", path):
         declared = next((field.type for field in msgspec.structs.fields(kind) if field.encode_name == name), None)
         parts = (declared, *get_args(declared))
@@ -68,7 +68,7 @@ def refuse_repeated_names(names: Iterable[str], where: str) -> None:
 def check_number(
     key: str, value: Any, least: float = -math.inf, most: float = math.inf, *, whole: bool = False
 ) -> None:
-    """Raise InputError unless a setting is a finite number (if `whole`, an integer) from `least` to `most`."""
+    """Raise InputError unless a setting is a finite number within bounds and, if `whole`, an integer."""
     is_number = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
     if is_number and least <= value <= most and abs(value) < math.inf:
         return

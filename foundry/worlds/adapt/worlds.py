@@ -185,7 +185,7 @@ class Adapted(RoundsScenario):
     def _round(
         self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
     ) -> Generator[Sequence[Question], list[Decision], tuple[dict[int, tuple[Decision, Any]], Counter[int]]]:
-        """Play one round, which asks each agent at most once; return decisions with played actions, and rewards."""
+        """Ask each agent at most once; return each agent's decision and played action, and the rewards of the round."""
         decided: dict[int, tuple[Decision, Any]] = {}
         earned: Counter[int] = Counter()
         while (agents := episode.asked()) and not decided.keys() & agents.keys():

@@ -1,22 +1,22 @@
 """Observations and questions of agents, and the delivery of messages.
 
-Keys of an observation (lists are in the order of the configuration unless stated otherwise):
+An observation has these keys. Lists are in the order of the configuration unless stated otherwise.
 
-agent           id, 0-based.
-step            1-based step.
-persona         value by attribute.
-x, y            its cell.
-half_size       both axes run from -half_size to +half_size.
-place_types     the types of the places, each once, in configuration order (the paper's order is arbitrary).
-place           its place, {name, type, agents, capacity, occupancy_rate}, or null outside all places; `agents` counts
-                itself too.
-fires           the fires that it perceives: [{name, x, y, intensity, radius, distance}].
-places          all places: [{name, type, x, y, x_min, x_max, y_min, y_max, capacity}].
-neighbours      agents it can talk to, by ascending id: [{id, x, y, persona, place: null or {name, type}}].
-memory          its own memories, oldest first.
-received        messages from others, oldest first: [{sender, text}]. Messages of step t are in the action question of
-                step t and in the message question of step t+1.
-message         its message of this step, or null; only in the action question.
+- `agent`: the agent's id, from 0.
+- `step`: the number of the step, from 1.
+- `persona`: the agent's attributes, with the value of each.
+- `x`, `y`: the agent's cell.
+- `half_size`: both axes run from -half_size to +half_size.
+- `place_types`: the types of the places, each once. (The paper's order is arbitrary.)
+- `place`: the agent's place, `{name, type, agents, capacity, occupancy_rate}`; null outside all places. The number
+  `agents` includes the agent itself.
+- `fires`: the fires that the agent perceives, `[{name, x, y, intensity, radius, distance}]`.
+- `places`: all places, `[{name, type, x, y, x_min, x_max, y_min, y_max, capacity}]`.
+- `neighbours`: the agents that it can talk to, by ascending id, `[{id, x, y, persona, place: null or {name, type}}]`.
+- `memory`: the agent's own memories, oldest first.
+- `received`: messages from other agents, oldest first, `[{sender, text}]`. Messages of step t are in the action
+  question of step t and in the message question of step t + 1.
+- `message`: the agent's own message in this step, or null; only in the action question.
 """
 
 import json
@@ -105,7 +105,7 @@ class Perception:
         }
 
     def observe(self, step: int, cells: Sequence[Cell]) -> Scene:
-        """Return the scene at `step` with the agents on these cells."""
+        """Return the scene at a step, with the agents on these cells."""
         return self._observe(step, range(len(cells)), cells)
 
     def _observe(

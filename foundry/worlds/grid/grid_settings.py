@@ -117,7 +117,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def furnished(self) -> bool:
-        """True if the world has further parts, such as walls or energy."""
+        """True if the world has parts such as walls, exits or energy."""
         further = any(getattr(self, name) for name in _FURTHER) or self.communication_shape != "circle"
         return further or any(fire.spread or fire.risk for fire in self.fires)
 
@@ -216,7 +216,8 @@ def _check(settings: GridSettings) -> None:
     for fire in settings.fires:
         if fire.position not in settings.field:
             raise InputError(
-                f"Fire '{fire.name}' is at {list(fire.position)}, beyond the grid of half_size {settings.half_size}."
+                f"Fire '{fire.name}' is at {list(fire.position)}, beyond the grid "
+                f"(world.half_size={settings.half_size})."
             )
         if not math.isfinite(fire.radius):
             raise InputError(f"Fire '{fire.name}' needs a finite radius.")
@@ -241,7 +242,7 @@ def _check_ground(settings: GridSettings) -> None:
     for where, cells in ends.items():
         for cell in cells:
             if cell not in grid:
-                raise InputError(f"{where} is at {list(cell)}, beyond the grid of half_size {settings.half_size}.")
+                raise InputError(f"{where} is at {list(cell)}, beyond the grid (world.half_size={settings.half_size}).")
     taken: dict[Cell, str] = dict.fromkeys(settings.ground.walls, "a wall")
     for one in settings.exits:
         for cell in one.cells:

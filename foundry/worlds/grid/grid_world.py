@@ -126,7 +126,7 @@ class GridScenario(Scenario):
         return json.dumps({**action, "memory": text, "reasoning": ""})
 
     def actions(self) -> dict[str, Actions]:
-        """Return the possible actions: stay, move in a direction, and the world's further actions."""
+        """Return the possible actions: staying, moving in a direction and, for example, gathering food."""
         return {ACTION: Actions(labels=("stay", *OFFSETS, *self.settings.further_actions), idle="stay")}
 
     def count_calls(self) -> int:
@@ -212,7 +212,7 @@ class GridWorld(World):
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._cells):
-            raise ValueError(f"{len(answers)} answers for {len(self._cells)} pending questions")
+            raise ValueError(f"advance() got {len(answers)} answers for {len(self._cells)} pending questions")
         if self._said is None:
             self._said = list(map(read_message, answers))
             return self._deliver(self._said)

@@ -94,7 +94,8 @@ class Explicit(Layout):
         for agent, cell in enumerate(positions):
             if cell not in field:
                 raise InputError(
-                    f"world.layout.positions[{agent}] is {list(cell)}, beyond the grid of half_size {field.half_size}."
+                    f"world.layout.positions[{agent}] is {list(cell)}, beyond the grid "
+                    f"(world.half_size={field.half_size})."
                 )
             if cell in field.closed:
                 raise InputError(

@@ -184,13 +184,13 @@ def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
 
 
 def _decisive(name: str) -> str | None:
-    """Return `action`, `direction` or `message` if a key has this meaning in any language, or else None."""
+    """Return the requested key with the meaning of this name, in any language, if this key decides; else None."""
     key = key_of(name)
     return key if key in ("action", "direction", "message") else None
 
 
 def _with_inner(found: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
-    """Return the objects within an object that hold a decision, or the object itself if there are none.
+    """Return the inner objects that contain a decision; if there are none, return the object itself.
 
     Inner objects are read only if the outer one has no decision, or has an object in the place of a decision.
     """

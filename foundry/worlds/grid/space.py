@@ -128,7 +128,7 @@ class Field:
             if (place.x_min, place.y_min) not in self or (place.x_max, place.y_max) not in self:
                 raise InputError(
                     f"Place '{place.name}' covers X from {place.x_min} to {place.x_max} and Y from {place.y_min} "
-                    f"to {place.y_max}, beyond the grid of half_size {self.half_size}. Move it or make it smaller."
+                    f"to {place.y_max}, beyond the grid (world.half_size={self.half_size}). Move it or make it smaller."
                 )
         for index, place in enumerate(self.places):
             for other in self.places[:index]:
@@ -185,7 +185,7 @@ def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple
 
 
 class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A fire; agents only perceive it, unless `spread` or `risk` is above 0.
+    """A fire that agents perceive. With `spread` above 0 it spreads, and with `risk` above 0 it kills.
 
     Attributes:
         name: unique name.

@@ -75,7 +75,7 @@ _SPACES = re.compile(r"[\W_]+")
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """An action (`stay` or `move`) and, for a move, its direction."""
+    """An action, to stay or to move, and the direction of a move."""
 
     action: str
     direction: str | None

@@ -214,7 +214,7 @@ class ProbeWorld(World):
             raise ValueError("the episode is over")
         questions = self._round()
         if len(answers) != len(questions):
-            raise ValueError(f"{len(answers)} answers for {len(questions)} pending questions: give one per question")
+            raise ValueError(f"advance() got {len(answers)} answers for {len(questions)} pending questions")
         self._completed, self._answered = self._completed + 1, self._answered + len(questions)
         return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
 

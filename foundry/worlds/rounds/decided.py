@@ -1,4 +1,4 @@
-"""Reads the decision in a text: a label, or a number from a range. Every word of the text must be known.
+"""Reads the decision in a text: a label, or a number from a range. A text with an unknown word decides nothing.
 
 Reading takes time linear in the length of the text.
 """
@@ -29,7 +29,7 @@ _UNITS = frozenset((
     "token", "tokens", "unit", "units", "point", "points", "coin", "coins", "ton", "tons", "tonne", "tonnes", "fish",
     "piece", "pieces", "dollar", "dollars",
 ))
-"""Units of a number."""
+"""Words that may follow a number as its unit, as in "5 tokens"."""
 # fmt: on
 _MARKS = re.compile(
     r"[*`\"“”„«»「」『』()\[\]{}<>!;:,\\|=]|(?<!\w)'|'(?!\w)|[.。、！：，](?=\s|$)|(?<![\w])[-–—•>#]+(?=\s|$)"

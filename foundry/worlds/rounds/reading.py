@@ -150,7 +150,7 @@ class _Reader:
         return None if decided is None else Reading(Outcome.REPAIRED, decided)
 
     def _lines(self, text: str) -> Iterator[str]:
-        """Yield the text after a decision's name, as in `Action: go` or `<action>go</action>`."""
+        """Yield the value after each name of a decision, such as "go" in the line "Action: go"."""
         for match in (*_TAG.finditer(text), *_LINE.finditer(_TAG.sub("", text))):
             if self._decides(match[1].strip()):
                 yield match[2].strip().rstrip(",").strip(" \"'")

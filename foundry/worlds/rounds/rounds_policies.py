@@ -242,10 +242,10 @@ class FocalName(ScriptedModel):
 
 
 class Planner(ScriptedModel):
-    """Takes the action with the highest expected return over the remaining turns (`best` in `Question.secret`)."""
+    """Takes the action with the highest expected return over the remaining turns, which the world computes."""
 
     def check(self, question: Question) -> None:
-        """Raise InputError for an environment without a table of its rules."""
+        """Raise InputError for an environment whose rules are not given as a table."""
         if question.kind == "turn" and "best" not in question.told:
             raise InputError(
                 f"Model '{self.name}' needs an environment with a table of its rules, such as world=frozen_lake. "

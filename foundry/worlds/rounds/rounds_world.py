@@ -280,7 +280,7 @@ class RoundsWorld(World):
         if self._finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._asked):
-            raise ValueError(f"{len(answers)} answers for {len(self._asked)} pending questions")
+            raise ValueError(f"advance() got {len(answers)} answers for {len(self._asked)} pending questions")
         return self._go_on([self._table.read(*pair) for pair in zip(self._asked, answers, strict=True)])
 
     def draw(self) -> bytes:

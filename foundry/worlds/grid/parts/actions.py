@@ -1,4 +1,4 @@
-"""Reads and writes replies that choose a further action: gather, share, attack or reproduce."""
+"""Reads and writes replies that choose to gather, share, attack or reproduce."""
 
 import json
 import re
@@ -30,7 +30,7 @@ _AMOUNTS = ("amount", "energy", "units", "quantity")
 
 @dataclass(frozen=True, slots=True)
 class FurnishedAction(ActionReading):
-    """The reading of a reply to the action question in a world with further actions.
+    """The reading of a reply to the action question in a world where agents may gather, share, attack or reproduce.
 
     Attributes:
         target: id of the agent to share with or to attack, or None.
@@ -98,7 +98,7 @@ def _number(value: object) -> int | None:
 
 @lru_cache(maxsize=4096)
 def reply(action: str, *, target: int | None = None, amount: int | None = None) -> str:
-    """Return the reply that chooses an action: a direction, `stay`, or a further action."""
+    """Return the reply that chooses an action: a direction, to stay or, for example, to gather."""
     moves = action not in (*FURTHER_ACTIONS, "stay")
     found: dict[str, Any] = {"action": "move", "direction": action} if moves else {"action": action}
     further = {"target": target, "amount": amount}

@@ -1,4 +1,4 @@
-"""The content of a picture of a 2D world with further parts, computed from the world's state or its records."""
+"""The content of a picture of a 2D world with parts such as walls, from the world's state or its records."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -97,7 +97,7 @@ def recorded_frames(
 def _follow(
     record: FurnishedStep, bodies: dict[int, Cell], food_supply: FoodSupply | None, gone: dict[str, int]
 ) -> None:
-    """Apply the recorded step of an agent to the agents, the food and the counts of gone agents."""
+    """Apply an agent's recorded step to the positions, the food and the numbers of agents that are gone."""
     bodies[record.agent] = (record.x_next, record.y_next)
     cause = record.left or record.lost
     if cause is not None:

@@ -1,4 +1,4 @@
-"""The records of 2D worlds with further parts, which extend `foundry.records.GridStep`."""
+"""The records of 2D worlds with parts such as walls and energy; they extend `foundry.records.GridStep`."""
 
 from typing import ClassVar
 
@@ -7,7 +7,7 @@ from foundry.worlds.grid.grid_settings import GridSettings
 
 
 class FurnishedStep(GridStep, frozen=True, kw_only=True):
-    """An agent's step in a world with further parts (`steps.jsonl`); agents that left or died have no line.
+    """An agent's step in a world with parts such as walls (`steps.jsonl`); agents that left or died have no line.
 
     Attributes:
         exits: names of the exits that it knew before the move.

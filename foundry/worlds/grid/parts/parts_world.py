@@ -1,4 +1,4 @@
-"""An episode of a 2D world with further parts: agents leave, die and are born; fires spread and food grows."""
+"""An episode of a 2D world in which agents leave, die and are born, fires spread, and food grows."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -87,7 +87,7 @@ class FurnishedWorld(World):
         if self.finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._bodies):
-            raise ValueError(f"{len(answers)} answers for {len(self._bodies)} pending questions")
+            raise ValueError(f"advance() got {len(answers)} answers for {len(self._bodies)} pending questions")
         if self._said is None:
             self._said = dict(zip(self._bodies, map(read_message, answers), strict=True))
             return self._deliver(self._said)
@@ -113,7 +113,7 @@ class FurnishedWorld(World):
         )
 
     def _options(self, agent: int, observation: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the legal replies: stay, move in a direction without a wall, and the possible further actions."""
+        """Return the legal replies: to stay, to move in a direction without a wall and, for example, to gather."""
         decisions = self._living.possible(agent, observation["touchable"]) if self._settings.further_actions else ()
         replies = [reply(decision.action, target=decision.target, amount=decision.amount) for decision in decisions]
         return (IDLE[ACTION], *map(reply, observation["open"]), *replies)

@@ -1,26 +1,27 @@
-"""Observations in a 2D world with further parts.
+"""Observations in a 2D world with parts such as walls, exits and energy.
 
 An observation has all keys of `foundry.worlds.grid.grid_observation`, and the keys below. If the world lacks a part,
 such as energy, the keys of this part are empty or null:
 
-view            number of columns and rows that it sees to each side; null for the whole grid.
-window          the cells that it sees, one text per row, the uppermost first: `@` itself, `A` another agent, `#` a
-                wall or beyond the edge, `E` an exit, `*` a burning cell, `f` food, `.` empty, `?` hidden by a wall.
-open            the directions without a wall or edge: `up`, `down`, `left`, `right`.
-exits           the exits that it knows: [{name, x, y, seen, agents}]. `x` and `y` are the exit's nearest cell; `seen`
-                says whether it sees a cell of the exit now; `agents` counts the other agents that it sees within two
-                columns and rows of the exit (null if it does not see the exit).
-burning         the burning cells that it sees: [[x, y]].
-seen            the other agents that it sees, even if it cannot talk to them, by id: [{id, x, y, persona}].
-zones           all zones: [{name, x_min, x_max, y_min, y_max, risk}].
-order           the instruction to all agents, or null before its first step.
-energy          its energy.
-loss            energy that each step costs.
-attack          energy that an attack takes, and that it costs: {takes, cost}.
-reproduction    energy that a parent needs, and that its newborn gets: {needs, gives}.
-food            the food that it sees: [{x, y, amount}].
-deeds           the further actions in this world: `gather`, `share`, `attack`, `reproduce`.
-touchable       ids of the agents that it can share with or attack: at most one column and row away.
+- `view`: the number of columns and rows that the agent sees to each side; null for the whole grid.
+- `window`: the cells that the agent sees, one text per row, the uppermost first. Each cell is one character: `@` the
+  agent itself, `A` another agent, `#` a wall or beyond the edge, `E` an exit, `*` a burning cell, `f` food, `.` empty,
+  `?` hidden by a wall.
+- `open`: the directions without a wall or edge, out of `up`, `down`, `left` and `right`.
+- `exits`: the exits that the agent knows, `[{name, x, y, seen, agents}]`. The cell `x`, `y` is the nearest one of the
+  exit. The flag `seen` says whether the agent sees a cell of the exit now. The number `agents` counts the other agents
+  that it sees within two columns and rows of the exit; it is null if the agent does not see the exit.
+- `burning`: the burning cells that the agent sees, `[[x, y]]`.
+- `seen`: the other agents that it sees, even if it cannot talk to them, by id, `[{id, x, y, persona}]`.
+- `zones`: all zones, `[{name, x_min, x_max, y_min, y_max, risk}]`.
+- `order`: the instruction to all agents; null before its first step.
+- `energy`: the agent's energy.
+- `loss`: the energy that each step costs.
+- `attack`: the energy that an attack takes, and the energy that it costs, `{takes, cost}`.
+- `reproduction`: the energy that a parent needs, and the energy that its newborn gets, `{needs, gives}`.
+- `food`: the food that the agent sees, `[{x, y, amount}]`.
+- `deeds`: the actions of this world besides staying and moving, out of `gather`, `share`, `attack` and `reproduce`.
+- `touchable`: the ids of the agents that it can share with or attack, at most one column and row away.
 """
 
 import math
@@ -39,7 +40,7 @@ from foundry.worlds.grid.space import Cell, IntArray, neighbours
 NEAR_AN_EXIT = 2
 """An agent is at an exit if it is at most this number of columns and rows away."""
 TOUCH = 1
-"""An agent can share with and attack agents at most this number of columns and rows away."""
+"""An agent can share with or attack another agent at most this number of columns and rows away."""
 
 
 def apart(one: Cell, other: Cell) -> int:
@@ -71,7 +72,7 @@ def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntA
 
 
 class Senses(Perception):
-    """Makes the observations of one configured world with further parts."""
+    """Makes the observations of one configured world with parts such as walls, exits and energy."""
 
     def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]], ground: Ground) -> None:
         super().__init__(settings, personas)

@@ -1,4 +1,4 @@
-"""The ground of a 2D world with further parts: walls, exits, paths, simultaneous moves, spreading fires and food."""
+"""The ground of a 2D world: walls, exits, paths, simultaneous moves, spreading fires and food."""
 
 from collections import Counter, defaultdict, deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -46,7 +46,7 @@ class Sight:
     cells: frozenset[Cell]
 
     def window(self, marks: Mapping[Cell, str], own: Cell) -> list[str]:
-        """Return the rows as texts with one character per cell: `@` for the own cell, or else the cell's mark."""
+        """Return the rows as texts with one character per cell: the agent's own cell, a wall, food, and so on."""
         get = marks.get
         return [
             "".join([one if isinstance(one, str) else "@" if one == own else get(one, FREE) for one in row])
@@ -321,7 +321,7 @@ class FoodSupply:
         self.food = dict.fromkeys(self._bearing, settings.amount)
 
     def take(self, cell: Cell, most: int) -> int:
-        """Take food from a cell and return the amount: the smallest of a bite, the units in the cell, and `most`."""
+        """Take food from a cell and return the amount: at most a bite, the food in the cell, and the limit `most`."""
         there = self.food.get(cell, 0)
         taken = max(0, min(there, most, there if self._settings.bite is None else self._settings.bite))
         self._set(cell, there - taken)
