@@ -14,7 +14,7 @@ _CONFIG, _CODE = "*.yaml", "[!_]*.py"
 
 
 def with_public_names(value: Any) -> Any:
-    """Return a configuration in which every `_target_`, even in nested parts, is the public name of its class.
+    """Return a configuration in which each class has its public name (`_target_`), even in nested parts.
 
     The public name is the attribute `public_name` of the class, or else the path of its definition. So a class has one
     name, even if users name it by different paths. A target that cannot be found stays as it is.

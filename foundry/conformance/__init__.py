@@ -1,1 +1,1 @@
-"""The rules of `foundry check`, which every world, model, prompt, edit and signature must pass."""
+"""The rules that every world, model, prompt, edit and signature must obey (`foundry check`)."""

@@ -77,8 +77,9 @@ def says_its_parameters(case: ModelCase) -> None:
     try:
         first, second = (msgspec.json.encode(case.make().parameters(), order="deterministic") for _ in range(2))
     except (TypeError, ValueError) as error:
-        advice = "use texts, numbers, flags, lists and dicts"
-        raise Broken(f"parameters() cannot be written as JSON ({error}): {advice}") from error
+        raise Broken(
+            f"parameters() cannot be written as JSON ({error}): use texts, numbers, flags, lists and dicts"
+        ) from error
     require(first == second, "parameters() of two equal models differ: return only the configuration")
 
 
@@ -165,7 +166,7 @@ def leaves_the_observation_as_it_is(case: ModelCase) -> None:
     changed = [one.kind for one, kept in zip(requests, before, strict=True) if dict(one.observation) != kept]
     require(
         not changed,
-        f"the model changes the observation of a '{changed[0] if changed else ''}': copy it before changing it",
+        f"the model changes the observation of a '{changed[0] if changed else ''}' question: change only a copy",
     )
 
 

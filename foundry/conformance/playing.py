@@ -262,7 +262,7 @@ class WorldCase:
 
     @cached_property
     def drawn(self) -> Episode:
-        """The episode `usual`, with a picture of every state."""
+        """The usual episode, with a picture of every state."""
         return self.played(self.answers, pictures=True)
 
     @cached_property

@@ -23,7 +23,7 @@ _BAD = {
 }
 """Replies that decide nothing, and the outcome that the world must record for them."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of texts that decide nothing. Talk never has these outcomes, since any text is a message."""
+"""Outcomes of texts that decide nothing. Talk is not checked for them, since any text may be a message."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
@@ -69,7 +69,7 @@ def survives_bad_replies(case: WorldCase) -> None:
             started = time.perf_counter()
             rows, _ = _answered(case, place, answer)
             took = time.perf_counter() - started
-            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' question took {took:.0f} s: limit the text")
+            require(took < _PATIENCE_S, f"reading {name} to a '{kind}' question took {took:.0f} s: limit texts")
             is_talk = kind not in case.scenario.actions() and expected in _SPOKEN and bool(answer.text.strip())
             if not rows or is_talk:
                 continue

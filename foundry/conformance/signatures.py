@@ -107,13 +107,13 @@ def says_what_it_is(case: SignatureCase) -> None:
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
     require(described, "MEASURES must map names to analysis.measure.Measure, each with a label")
     headline = getattr(case.module, "HEADLINE", ())
-    require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: use a tuple of measures")
+    require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: use a tuple of names")
     for one in headline:
         require(any(_described(one, measures or {})), f"HEADLINE contains '{one}', which MEASURES does not describe")
 
 
 def says_what_it_takes(case: SignatureCase) -> None:
-    """The parameter of `measure` is annotated with the class of its runs."""
+    """The function `measure` states by an annotation which class of runs it takes."""
     run_type(case.module)
 
 

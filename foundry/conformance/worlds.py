@@ -214,7 +214,7 @@ def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
 
 
 def keeps_its_secrets(case: WorldCase) -> None:
-    """No key of `Question.secret`, which only scripted policies may read, is also in the observation."""
+    """No key of the secret data, which only scripted policies may read, is also in the observation."""
     questions = [question for question in case.usual.questions if question.secret is not None]
     if not questions:
         raise Skipped("its questions have no secret")
@@ -355,7 +355,7 @@ def loads_its_records_back(case: WorldCase) -> None:
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """If agents have personas, the records of `opening()` contain each agent's persona.
+    """If agents have personas, the opening records contain the persona of each agent.
 
     The persona of an agent that is born later is recorded at its birth.
     """

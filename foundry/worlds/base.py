@@ -137,7 +137,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """Return the questions of the next round, in the world's order; nothing if an answer of it is missing."""
+        """Return the questions of the next round, in the world's order; nothing if an answer is missing."""
 
 
 class World(ABC):
@@ -255,7 +255,7 @@ class Scenario(ABC):
         return {}
 
     def declared(self) -> Declared:
-        """Return what `sweep.yaml` declares about the records of its episodes."""
+        """Return the declarations about the records of its episodes, which `sweep.yaml` contains."""
         return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:

@@ -66,7 +66,7 @@ def whole_object(text: str) -> dict[str, Any] | None:
 
 
 def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
-    """Return the outermost JSON objects in the text, in order; none if there are more than `MAX_OBJECTS`.
+    """Return the outermost JSON objects in the text, in order; an empty list if there are too many (`MAX_OBJECTS`).
 
     Args:
         text: the text to search.

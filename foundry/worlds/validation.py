@@ -16,7 +16,7 @@ _MISSING = re.compile(r"Object missing required field `(.*)`$")
 
 
 def read_settings(kind: type[T], values: object, where: str) -> T:
-    """Convert plain settings to an object of type `kind`.
+    """Convert plain settings to an object of the given class.
 
     Args:
         kind: a Struct that forbids unknown fields.
@@ -57,7 +57,7 @@ def _struct_at(kind: type[msgspec.Struct], path: str) -> type[msgspec.Struct]:
 
 
 def refuse_repeated_names(names: Iterable[str], where: str) -> None:
-    """Raise InputError if a name occurs twice in a list of settings, such as `world.places` (`where`)."""
+    """Raise InputError if a name occurs twice in a list of settings, such as the places of a world."""
     seen: set[str] = set()
     for name in names:
         if name in seen:

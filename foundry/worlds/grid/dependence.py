@@ -178,7 +178,7 @@ class GridAhead(Ahead):
             self._take_action(self._moments[step], agent, answer)
 
     def next_round(self) -> Sequence[Asked]:
-        """Return the identities of the questions in the world's next round; nothing if an answer is missing."""
+        """Return step, agent and kind of each question in the next round; nothing if an answer is missing."""
         step, kind = self._round
         agents = len(self._kept)
         moment = self._moments.get(step)
@@ -190,7 +190,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Of the agents that may come near, return the agent that is furthest behind; None if no agent may."""
+        """Of the agents that may come near, return the one that is furthest behind; None if no agent may come near."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):

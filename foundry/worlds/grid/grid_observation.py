@@ -7,7 +7,7 @@ An observation has these keys. Lists are in the order of the configuration unles
 - `persona`: the agent's attributes, with the value of each.
 - `x`, `y`: the agent's cell.
 - `half_size`: both axes run from -half_size to +half_size.
-- `place_types`: the types of the places, each once. (The paper's order is arbitrary.)
+- `place_types`: the types of the places, each once; their order in the paper is arbitrary.
 - `place`: the agent's place, `{name, type, agents, capacity, occupancy_rate}`; null outside all places. The number
   `agents` includes the agent itself.
 - `fires`: the fires that the agent perceives, `[{name, x, y, intensity, radius, distance}]`.
@@ -128,7 +128,7 @@ class Perception:
         return Scene(areas, names, heard, observations)
 
     def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-        """Return the neighbours of each agent, as indices of `cells`; cells has shape (n, 2), areas (n,)."""
+        """Return each agent's neighbours, as indices into the cells; cells has shape (n, 2), areas (n,)."""
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:

@@ -159,7 +159,7 @@ _FURTHER = tuple(
 
 
 _POSITIONS = {"places": "center", "fires": "position"}
-"""The setting that gives the position of a place or a fire; the settings omit it if the seed draws positions."""
+"""Name of the setting with the position of a place or fire; it is missing if the seed draws positions."""
 
 
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:

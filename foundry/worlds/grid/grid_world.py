@@ -94,7 +94,7 @@ class GridScenario(Scenario):
         ]
 
     def read(self, question: Question, answer: Answer) -> Reading:
-        """Return the decision in an answer: a message, or `stay` or the direction of a move."""
+        """Return the decision in an answer: a message, to stay, or the direction of a move."""
         if question.kind == MESSAGE:
             said = read_message(answer)
             return Reading(said.outcome, message=said.text)

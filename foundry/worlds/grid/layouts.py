@@ -1,4 +1,4 @@
-"""Start positions of agents: one class per layout, named by `_target_` in `conf/layout`."""
+"""Start positions of agents; each layout has a class, which a file in `conf/layout` names."""
 
 from abc import ABC, abstractmethod
 from typing import Any
@@ -24,7 +24,7 @@ class Layout(ABC):
 
 
 class UniformSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`Uniform` has no settings."""
+    """The uniform layout has no settings."""
 
 
 class Uniform(Layout):

@@ -50,7 +50,7 @@ class MessageReading:
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The message without quotes and other marks; a mended object must agree with the lines of its text on it."""
+        """The message without quotes and other marks; it must be the same in a mended object and in its text."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
@@ -184,7 +184,7 @@ def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
 
 
 def _decisive(name: str) -> str | None:
-    """Return the requested key with the meaning of this name, in any language, if this key decides; else None."""
+    """Return the requested key that a name means, such as "action"; None for names of keys without a decision."""
     key = key_of(name)
     return key if key in ("action", "direction", "message") else None
 

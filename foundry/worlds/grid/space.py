@@ -96,7 +96,7 @@ class Field:
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def areas(self, cells: IntArray) -> IntArray:
-        """Return the index of the place of each cell, or OUTSIDE; cells has shape (n, 2), the result (n,)."""
+        """Return for each cell the index of the place that contains it, or OUTSIDE, (n,); cells (n, 2)."""
         found = np.full(len(cells), OUTSIDE, dtype=np.int64)
         x, y = cells[:, 0], cells[:, 1]
         for index, place in enumerate(self.places):
@@ -105,7 +105,7 @@ class Field:
         return found
 
     def area(self, cell: Cell) -> int:
-        """Return the index of the place of a cell, or OUTSIDE, as `areas` does for many cells."""
+        """Return the index of the place that contains a cell; OUTSIDE if no place does."""
         return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
@@ -185,7 +185,7 @@ def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple
 
 
 class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A fire that agents perceive. With `spread` above 0 it spreads, and with `risk` above 0 it kills.
+    """A fire that agents perceive. A fire can also spread (`spread` above 0) or kill agents (`risk` above 0).
 
     Attributes:
         name: unique name.

@@ -15,7 +15,7 @@ from foundry.worlds.replies import merged
 
 
 class _Words(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The content of `words.toml`. In this file, ` | ` or a line break separates words."""
+    """The known words, from `words.toml`; in this file, a bar or a line break separates words."""
 
     keys: dict[str, str]
     meanings: dict[str, str]
@@ -117,7 +117,7 @@ def _phrase() -> re.Pattern[str]:
 
 @lru_cache(maxsize=_REMEMBERED)
 def key_of(name: str) -> str | None:
-    """Return the requested key that a name means, such as `action` for "Entscheidung", or None."""
+    """Return the requested key that a name means, such as "action" for "Entscheidung"; else None."""
     if len(name) > _LONGEST:
         return None
     return _KEYS.get(_plain(name).strip(_AROUND).replace("_", " "))

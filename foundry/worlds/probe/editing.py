@@ -1,18 +1,19 @@
 """Finds edits. An edit changes what an agent perceives in a moment, and says how its decision should change.
 
-A user's own edit is a module with `NAME`, `LEAVES` and `edit(question)`. `LEAVES` states how the decision should
-change. An edit of invariance should not change the decision. An edit of equivariance should change each action to its
-expected action (`expected(action)`). An edit of a cause removes a possible cause of the decision.
+A user's own edit is a Python file with its name (`NAME`), its kind (`LEAVES`) and a function `edit(question)`. The kind
+states how the decision should change. An edit of invariance should not change the decision. An edit of equivariance
+should change each action to its expected action (`expected(action)`). An edit of a cause removes a possible cause of
+the decision.
 
-The function `edit` returns a changed question, or None if there is nothing to change. An edit changes the structured
-observation and the images, never the prompt's text. Shipped edits of a form are in
-`foundry/worlds/<form>/<form>_edits.py` (`EDITS`); the edits in the folder `any` fit every form.
+An edit returns a changed question, or None if there is nothing to change. An edit changes the structured observation
+and the images, never the prompt's text. Shipped edits of a form are in `foundry/worlds/<form>/<form>_edits.py`
+(`EDITS`); the edits in the folder `any` fit every form.
 
-An edit may have parts, such as the attributes of a persona. The module's function `parts(scenario)` returns the names
-of the parts, and `edit` gets the chosen name as its argument `part`. For example, `swap_persona.age` changes only the
-age, and `swap_persona.each` stands for one edit per attribute. The function `edit` may also have a parameter `others`,
-for the questions of all other moments of this seed and of the next seed. The function `expected` may have a parameter
-`scenario`, for the configured world.
+An edit may have parts, such as the attributes of a persona. The file then has a function `parts(scenario)`, which
+returns the names of the parts, and `edit` has a parameter `part` for a name. For example, `swap_persona.age` changes
+only the age, and `swap_persona.each` stands for one edit per attribute. An edit may also use the questions of other
+moments (`others`): all other moments of this seed and of the next seed. The function for expected actions (`expected`)
+may have a parameter for the configured world (`scenario`).
 """
 
 import inspect
@@ -34,10 +35,10 @@ from foundry.worlds.probe.quantities import moved, split
 NONE = "none"
 """Name of the edit that changes nothing."""
 SHIPPED = "foundry"
-"""The origin of the package's own edits."""
+"""Origin of the edits that foundry ships."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""Name in place of a part: `swap_persona.each` stands for one edit per part."""
+"""Name in place of a part's name, as in `swap_persona.each`; it stands for one edit per part."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with `subject`, and with the arguments in `known` for which it has parameters."""
+    """Call a function with a subject, and with those known arguments for which the function has parameters."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 

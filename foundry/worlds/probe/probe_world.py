@@ -13,7 +13,7 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""Number that each repeat adds to `Question.again`; no recorded world counts so far within a step."""
+"""Number that each repeat adds to a question's count of repetitions; larger than any count in a world."""
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64

@@ -20,7 +20,7 @@ Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | No
 """Function that sets the quantity at a path to a value; it returns None if the quantity cannot have this value."""
 COUNT = "count"
 MOST = 100
-"""Maximum number of values in `sweep_over`."""
+"""Maximum number of values in one setting `sweep_over`."""
 _EXAMPLE = "sweep_over=fires.0.distance=1..20, or =1,2,5"
 _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from foundry.declared import Actions
 
 Decided: TypeAlias = str | int | float
-"""A label, a whole number, or a number."""
+"""A decision: a label, a whole number, or another number."""
 
 LONGEST = 120
 """Maximum number of characters of a sentence that is read as a decision; longer sentences are not guessed."""

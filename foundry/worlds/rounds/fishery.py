@@ -23,7 +23,7 @@ CATCH, TALK = "catch", "talk"
 STOCHASTIC, PROPORTIONAL = "stochastic", "proportional"
 SHARINGS = (STOCHASTIC, PROPORTIONAL)
 MOST = 10_000
-"""The largest stock, tons."""
+"""Largest allowed stock, in tons."""
 
 _Conversation: TypeAlias = abc.Generator[Sequence[Question], list[Decision], list[dict[str, Any]]]
 

@@ -192,7 +192,7 @@ class PunishedGoods(PublicGoods):
     def _settled(
         self, left: Sequence[float], whom_each: Sequence[int | None]
     ) -> Iterator[tuple[float, dict[str, Any]]]:
-        """Yield each agent's tokens after all punishments, with its target and the number of its punishers."""
+        """Yield each agent's tokens after all punishments, the agent that it punished, and its number of punishers."""
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
             times = sum(one == agent for one in whom_each)

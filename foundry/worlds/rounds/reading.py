@@ -1,6 +1,6 @@
 """Reads decisions and talk from replies, and never guesses a decision.
 
-A reply counts as chosen if it has the requested form. This form is exactly a decision, such as "go", or a JSON object
+A reply counts as chosen if it has the requested form. The form is exactly a decision, such as "go", or a JSON object
 with exactly a decision under the key `action` or the kind of question. Talk has the requested form if it is a JSON
 object with a message, or a text without any JSON object.
 

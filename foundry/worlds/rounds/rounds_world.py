@@ -124,11 +124,11 @@ def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
 
 
 Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
-"""Yields questions that are asked at once, and receives the decisions in the same order."""
+"""Generator that yields questions to ask at once, and receives the decisions in the same order."""
 
 
 class RoundsScenario(Scenario):
-    """A world that is played in rounds. A game is a subclass with `kinds` of questions, `actions` and rules (`play`).
+    """A world that is played in rounds. Each game is a subclass with its own questions, actions and rules (`play`).
 
     Description:
         Agents without a position decide in rounds, at once or in turn.
@@ -215,7 +215,7 @@ class RoundsScenario(Scenario):
 
     @property
     def line(self) -> type[RoundStep]:
-        """The class of the lines of `steps.jsonl`."""
+        """The class of this world's records of steps."""
         return next(one for one in self.records if issubclass(one, RoundStep))
 
 

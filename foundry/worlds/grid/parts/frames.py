@@ -66,7 +66,7 @@ def recorded_frames(
     seed: int,
     records: Sequence[FurnishedStep],
 ) -> Iterator[GridFrame]:
-    """Yield the frames of a run, computed from its `steps.jsonl`: the initial state, then one frame per step.
+    """Yield the frames of a run, computed from its recorded steps: the initial state, then one frame per step.
 
     The seed determines how fires spread and food grows; the steps record how much food agents gather.
     """

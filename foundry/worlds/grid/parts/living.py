@@ -195,7 +195,7 @@ def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int,
 
 
 def with_roles(settings: GridSettings, personas: Sequence[dict[str, str]]) -> list[dict[str, str]]:
-    """Return the personas, with the `role` of each agent added if the leaders are announced."""
+    """Return the personas; if the leaders are announced, each persona also contains the agent's role."""
     leaders = settings.leaders
     if leaders is None or not leaders.announced:
         return list(personas)

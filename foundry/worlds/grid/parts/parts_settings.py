@@ -105,7 +105,7 @@ class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The effect of an attack on an agent within touch.
+    """The effect of an attack on another agent.
 
     Attributes:
         takes: energy that the attacker takes from the attacked agent; if this agent has less, all its energy.

@@ -1,16 +1,16 @@
 """Observations in a 2D world with parts such as walls, exits and energy.
 
-An observation has all keys of `foundry.worlds.grid.grid_observation`, and the keys below. If the world lacks a part,
-such as energy, the keys of this part are empty or null:
+An observation has the keys of all 2D worlds (`foundry.worlds.grid.grid_observation`), and these keys. If the world
+lacks a part, such as energy, the keys of this part are empty or null:
 
 - `view`: the number of columns and rows that the agent sees to each side; null for the whole grid.
 - `window`: the cells that the agent sees, one text per row, the uppermost first. Each cell is one character: `@` the
   agent itself, `A` another agent, `#` a wall or beyond the edge, `E` an exit, `*` a burning cell, `f` food, `.` empty,
   `?` hidden by a wall.
 - `open`: the directions without a wall or edge, out of `up`, `down`, `left` and `right`.
-- `exits`: the exits that the agent knows, `[{name, x, y, seen, agents}]`. The cell `x`, `y` is the nearest one of the
-  exit. The flag `seen` says whether the agent sees a cell of the exit now. The number `agents` counts the other agents
-  that it sees within two columns and rows of the exit; it is null if the agent does not see the exit.
+- `exits`: the exits that the agent knows, `[{name, x, y, seen, agents}]`. The position is the exit's cell that is
+  nearest to the agent. The flag `seen` says whether the agent sees a cell of the exit now. The number `agents` counts
+  the other agents that it sees within two columns and rows of the exit; it is null if the agent does not see the exit.
 - `burning`: the burning cells that the agent sees, `[[x, y]]`.
 - `seen`: the other agents that it sees, even if it cannot talk to them, by id, `[{id, x, y, persona}]`.
 - `zones`: all zones, `[{name, x_min, x_max, y_min, y_max, risk}]`.

@@ -35,7 +35,7 @@ def next_to(cell: Cell) -> list[Cell]:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """The view from a cell.
+    """The cells that an agent sees from its cell.
 
     Attributes:
         rows: the cells around it, the uppermost row first; a cell that is hidden or off the grid is a text instead.
@@ -88,7 +88,7 @@ class Ground:
         return [way for way, (dx, dy) in OFFSETS.items() if self.stops((cell[0] + dx, cell[1] + dy)) is None]
 
     def sight(self, cell: Cell, reach: int | None, *, barred: bool) -> Sight:
-        """Return the view from a cell.
+        """Return the cells that an agent sees from its cell.
 
         Args:
             cell: the viewer's cell.
