@@ -61,7 +61,7 @@ def show_seeds(
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
     say(f"alone: number of seeds for {power:.0%} power if a test were the only one, at level .05.")
     say(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
-    say("cautious: as in the family, but with the upper 80 % bound of the pilot's sd; use it after few seeds.")
+    say("cautious: as in the family, but with the upper 80 % bound of the pilot's sd. After few seeds, use cautious.")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
         print(line)
