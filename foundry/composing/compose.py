@@ -312,7 +312,6 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
-    """Return the error for a setting that some or all conditions lack."""
     groups = _shipped_groups()
     keys = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [

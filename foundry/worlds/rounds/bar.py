@@ -66,7 +66,6 @@ class Bar(RoundsScenario):
     def __init__(
         self, *, capacity: float, fun: float, crowded: float, home: float, reports: str, **settings: Any
     ) -> None:
-        """Check the settings of the bar (`conf/world/bar.yaml`)."""
         super().__init__(**settings)
         check_number("world.capacity", capacity, 0, 1)
         for key, value in {"fun": fun, "crowded": crowded, "home": home}.items():

@@ -108,7 +108,6 @@ class Fishery(RoundsScenario):
         outsider: Mapping[str, int] | None,
         **settings: Any,
     ) -> None:
-        """Check the settings of the fishery (`conf/world/fishery.yaml`)."""
         super().__init__(**settings)
         check_number("world.stock", stock, 1, MOST, whole=True)
         check_number("world.collapse", collapse, 0, stock, whole=True)

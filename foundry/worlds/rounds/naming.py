@@ -136,7 +136,6 @@ class NamingGame(RoundsScenario):
         until: str | None,
         **settings: Any,
     ) -> None:
-        """Check the settings of the naming game (`conf/world/naming.yaml`)."""
         super().__init__(**settings)
         if protocol not in PROTOCOLS:
             raise not_found("world.protocol", str(protocol), PROTOCOLS)

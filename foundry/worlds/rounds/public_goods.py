@@ -84,7 +84,6 @@ class PublicGoods(RoundsScenario):
     records: ClassVar[tuple[type[Record], ...]] = (Giving, Message, Agent, Pot)
 
     def __init__(self, *, tokens: int, multiplier: float, reset: bool, **settings: Any) -> None:
-        """Check the settings of the game (`conf/world/public_goods.yaml`)."""
         super().__init__(**settings)
         check_number("world.tokens", tokens, 1, whole=True)
         check_number("world.multiplier", multiplier, 0)
@@ -166,7 +165,6 @@ class PunishedGoods(PublicGoods):
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)
 
     def __init__(self, *, cost: float, loss: float, **settings: Any) -> None:
-        """Check the settings of the game with punishment (`conf/world/public_goods_punishment.yaml`)."""
         super().__init__(**settings)
         check_number("world.cost", cost, 0)
         check_number("world.loss", loss, 0)
