@@ -12,7 +12,7 @@ import pytest
 import axe
 from analysis.probes.distance import apart
 from browser import browser_page
-from foundry.palette import COLOURS
+from foundry.palette import look
 from foundry.seeding import stream
 from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
@@ -57,7 +57,7 @@ def test_all_models_show_their_choices_in_one_order_and_in_the_colours_of_the_sw
     names = [column.locator("h3").text_content().strip() for column in columns]
     assert names == SweepFolder.open(probed).sweep.model_names() != sorted(names)
     colours = [column.locator(".marker path").get_attribute("fill") for column in columns]
-    assert colours == list(COLOURS[: len(columns)])
+    assert colours == [look(place).paint for place in range(len(columns))]
     gist = page.locator(".moments .gist").first.text_content()
     assert gist.startswith("Fire, no message") and "scripted/herd" in gist
     assert page.locator(".moment .gist").text_content() == gist
