@@ -72,7 +72,7 @@ _PLACES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import one of the names above on first use."""
+    """Import a public name of foundry when a program first uses it."""
     module = next((place for place, names in _PLACES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module 'foundry' has no attribute '{name}'")

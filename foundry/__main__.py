@@ -1,4 +1,4 @@
-"""Start of `python -m foundry` and of the command `foundry`."""
+"""Python runs this module for `python -m foundry` and for the command `foundry`."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _end(*_: object) -> None:
-    """Exit at once: an exception raised while Python releases an import lock would be lost."""
+    """Exit at once, without an exception: Python would lose one that is raised while it releases an import lock."""
     os.write(2, b"foundry: interrupted\n")
     os._exit(130)
 

@@ -1,8 +1,10 @@
 """Computes from log-probabilities how certain a model was of a decision, and how often it would decide each way.
 
 Servers of llama.cpp, vLLM and Ollama report the model's log-probabilities before temperature, filters and grammar. A
-`Sampling` converts them to the probabilities of decisions. A server may filter tokens before or after it applies the
-temperature, and may have filters that no request named. All these cases are computed, and their spread is the error.
+The class
+`Sampling` converts log-probabilities to the probabilities of decisions. A server may filter tokens before or after it
+applies the temperature, and may have filters that no request named. foundry computes each of these cases; their
+differences are a part of the error.
 """
 
 import math
@@ -19,7 +21,7 @@ GREATEST_ERROR = 1 - LEAST_COVERED
 OPEN = {"top_k": 0, "top_p": 1.0, "min_p": 0.0}
 """Filters that remove no token."""
 STRICTEST = {"top_k": 20, "top_p": 0.8, "min_p": 0.05}
-"""The strictest filters that llama.cpp, Ollama or vLLM (with the settings in the weights) apply by default."""
+"""The strictest default filters of llama.cpp, Ollama and vLLM; vLLM reads its defaults from the files of a model."""
 NEUTRAL = {
     "presence_penalty": 0, "frequency_penalty": 0, "repeat_penalty": 1, "repetition_penalty": 1, "typical_p": 1,
     "logit_bias": {}, "mirostat": 0, "xtc_probability": 0, "dry_multiplier": 0, "top_n_sigma": -1,
@@ -54,7 +56,7 @@ class Sampling:
         return cls(float(temperature), ways if ways[0] != ways[1] else ways[:1])
 
     def ways(self, place: TokenLogprobs) -> Iterator[Shares]:
-        """Yield the probability of each reported token at a position, once for each way to apply the settings.
+        """Yield the probabilities of the reported tokens at a position, once for each way in which a server may filter.
 
         The values are lower bounds; all tokens that are not reported have together at most the rest up to 1.
         """
@@ -67,7 +69,10 @@ class Sampling:
                 yield dict(zip(names, chances, strict=False))
 
     def _tempered(self, chances: Sequence[float]) -> list[float]:
-        """Apply the temperature to the probabilities of tokens and, last, of the rest, which the last token bounds."""
+        """Apply the temperature; the last value is the sum of all unreported tokens.
+
+        No unreported token is likelier than the last reported token, so the result for this sum is an upper bound.
+        """
         *told, rest = chances
         if not self.temperature:
             return [1.0, *([0.0] * len(told))]
@@ -78,7 +83,7 @@ class Sampling:
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
-    """Apply the filters to the probabilities of tokens, likeliest first, and of the rest: a filtered token gets 0."""
+    """Set the probabilities of filtered tokens to 0. The likeliest token is first; all unreported tokens are last."""
     *told, rest = chances
     if 0 < filters["top_k"] <= len(told):
         told, rest = told[: int(filters["top_k"])], 0.0
@@ -174,7 +179,7 @@ def _certainty_at(
 def foreseen(
     text: str, tokens: Sequence[TokenLogprobs], decided: str, labels: Sequence[str], sampling: Sampling | None
 ) -> Certainty | None:
-    """Return how often each decision is expected in all replies to a prompt, from one reply; None if this is uncertain.
+    """Compute from one reply how often a model would give each decision; None if that is too uncertain.
 
     The text before the decision must be almost certain: after random words, such as a reason, the probabilities hold
     only for these words. The error of the result holds for all replies.
@@ -194,7 +199,7 @@ def foreseen(
 
 
 def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:
-    """Return the index of the token in which a decision begins, and the part of this token before the decision.
+    """Return the index of the token with a decision's first character, and the text of this token before it.
 
     The decision must occur in the text exactly once.
     """
@@ -234,5 +239,5 @@ def _among(shares: Shares) -> Shares:
 
 
 def _apart(first: Shares, second: Shares) -> float:
-    """Return the total variation between shares of the same labels."""
+    """Return the total variation distance, 0..1, of two distributions over the same labels."""
     return 0.5 * math.fsum(abs(share - second[label]) for label, share in first.items())

@@ -1,7 +1,8 @@
 """The loop that plays every world: ask all pending questions at once, let the world advance, store the records.
 
-Some worlds know early which questions an agent will get next. If replies take time, such agents need not wait for the
-slowest reply. Rounds are still recorded whole and in order, so the records do not depend on this.
+Some worlds know early which questions an agent will get next. If replies take time, foundry asks such
+an agent at once, without waiting for the slowest reply of the round. Early questions do not change the records,
+because foundry records whole rounds in order.
 """
 
 import asyncio
@@ -161,8 +162,6 @@ async def play(
 
 @dataclass(frozen=True)
 class _Episode:
-    """An episode, and where its records go."""
-
     world: World
     asker: Asks
     recorder: Recorder
@@ -200,7 +199,7 @@ class _AskedAhead:
         self._failed: dict[Asked, Exception] = {}
 
     async def play(self) -> None:
-        """Play to the end. After an error, wait for all open calls first, so that no answer is lost."""
+        """Play the world to its end. After an error, wait for all open calls first, so that no answer is lost."""
         try:
             while not self._episode.world.finished:
                 is_stopping = self._stopping()
@@ -217,7 +216,7 @@ class _AskedAhead:
             await asyncio.gather(*self._awaited, return_exceptions=True)
 
     def _ask(self) -> None:
-        """Ask all questions that are known now. After a failed call, ask only up to its step, where the run ends."""
+        """Ask all questions that are known now. A failed call ends the run at its step: then ask no later ones."""
         last = min((step for step, _, _ in self._failed), default=None)
         questions = [question for question in self._ahead.ready() if last is None or question.step <= last]
         requests = [request for question in questions if (request := self._request(question)) is not None]

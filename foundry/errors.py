@@ -59,7 +59,7 @@ class BackendError(FoundryError):
 
 
 class TransientError(BackendError):
-    """A failure that another try may cure.
+    """A failed call that may succeed if foundry repeats it.
 
     Attributes:
         busy: whether the server is overloaded (503, 429).
@@ -77,15 +77,15 @@ class TransientError(BackendError):
 
 
 class RequestError(BackendError):
-    """The server refused this request and would refuse it again; ends the run."""
+    """The server refused a request and would refuse it again. This error ends the run."""
 
 
 class UnconfirmedError(BackendError):
-    """It is unknown whether the server still has the weights that gave the answers of a run; ends the run."""
+    """Nobody knows whether the server still has the weights that answered in a run. This error ends the run."""
 
 
 class ServerError(BackendError):
-    """No request to this server can succeed at present; ends the sweep."""
+    """No request to this server can succeed at present. This error ends the sweep."""
 
 
 class ModelChangedError(ServerError):

@@ -14,12 +14,12 @@ from foundry.naming import with_first_names
 from foundry.texts import visible
 
 SEED_KEYS = ("seed", "sampling_seed")
-"""The overrides that may have ranges such as `0-9`."""
+"""The settings for which a command line may give a range of numbers, such as `seed=0-9`."""
 FORMAT, DEFAULT_SPACE = "format", "spread"
-"""The setting `format`, whose numbers draw formats from a space, and the default space."""
+"""The setting `format`, and the space of formats for a number without a space: `format=3` means `format=spread/3`."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
-"""The keys of a configuration that define a run, except `model.server`, which only says how to reach a model."""
+"""The keys of a configuration that define a run. `model.server` does not: it only says how to reach a model."""
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
@@ -110,7 +110,7 @@ def expand_ranges(override: str) -> str:
 
 
 def named_formats(override: str) -> str:
-    """Name the formats that numbers draw: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
+    """Put the space before each number of a format: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
     key, equals, value = override.partition("=")
     if not equals or key != FORMAT:
         return override
@@ -187,7 +187,7 @@ def calls_seed(config: Mapping[str, Any]) -> int:
 
 
 LATER = frozenset({"logprobs"})
-"""Settings of models that later versions added. Run ids ignore them if they are null, so old ids stay valid."""
+"""Settings of models that later versions added. Run ids ignore such a setting if it is null, so old ids stay valid."""
 
 
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -249,7 +249,7 @@ def loaded_key(model: Mapping[str, Any]) -> str:
 
 
 def sent_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is the same for models with equal calls; schemas count only if replies must follow them."""
+    """Return a text that is the same for models that send equal calls; `schemas` counts only with a `format`."""
     return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
 
 
@@ -293,7 +293,7 @@ def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:
-    """Return the indices of the conditions, with the conditions of a model together, even if schemas differ."""
+    """Return the indices of the conditions, sorted by model; models that differ only in schemas are neighbours."""
     first: dict[str, int] = {}
     models = [condition.config["model"] for condition in conditions]
     keys = [(loaded_key(model), settings_key(model)) for model in models]

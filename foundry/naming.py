@@ -1,4 +1,4 @@
-"""Maps the import paths that sweeps record to current classes, and names the subjects of probes.
+"""Finds the current class for an import path in a recorded sweep, and names the subjects of probes.
 
 Run ids and keys of answers use the first path that a class had, so they stay valid if the class moves.
 """
@@ -109,7 +109,7 @@ def format_of(prompt: Mapping[str, Any]) -> str:
 
 
 class Subject(NamedTuple):
-    """Who answers in a probe: a model with a prompt and a sampling seed."""
+    """A subject of a probe: a model with a prompt and a sampling seed."""
 
     model: str
     prompt: str

@@ -1,8 +1,8 @@
 """Finds your own code: in folders given by `--config-dir`, or through entry points of installed packages.
 
 A file `mine/signatures/greed.py` is a signature module, and so is an entry point in the group `foundry.signatures`.
-Everything in `mine/` can be imported, but comes last on Python's path, so that it hides no module of foundry or of a
-library.
+Python can import every file in `mine/`, but searches this folder last. So no file in it can hide a module of foundry or
+of a library.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ from types import ModuleType
 from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
-"""Environment variable through which a command passes the folders to its subprocesses."""
+"""The environment variable that tells subprocesses of a command the folders with the user's own code."""
 CONFIG_DIR = ("-cd", "--config-dir")
 """The flags that name your own folder."""
 _ROOT = Path(__file__).resolve().parent.parent
@@ -56,7 +56,7 @@ def folders_last(argv: Sequence[str]) -> list[str]:
 
 
 def importable(folders: Iterable[Path]) -> None:
-    """Append folders to Python's path, so that other modules take precedence over theirs."""
+    """Append folders to Python's path. A module elsewhere hides a module of the same name in these folders."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
 
 
@@ -87,7 +87,7 @@ def ours(name: str) -> ModuleType:
 
 
 def own_folders() -> tuple[Path, ...]:
-    """Return your own folders."""
+    """Return the folders with the user's own code."""
     return tuple(Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one)
 
 
@@ -114,7 +114,7 @@ class OwnModule:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of its source, or `unknown` if there is none."""
+        """SHA-256 of the module's source file, or `unknown` if the module has none."""
         spec = None if isinstance(self.target, Path) else importlib.util.find_spec(self.target)
         file = self.target if isinstance(self.target, Path) else Path((spec and spec.origin) or os.devnull)
         return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "unknown"

@@ -1,4 +1,4 @@
-"""The paths of the files that foundry ships, and of its files in a user's home."""
+"""The paths of files that foundry ships, and of files that foundry keeps in a user's home."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The records of a run, one struct per kind of line; the single place where their keys are documented.
+"""The records of a run: each kind of line has a struct, which documents the keys of this line.
 
 All lines are UTF-8 JSON, one object per line. Encoding is deterministic: keys in the order of the fields.
 """
@@ -17,7 +17,7 @@ NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class Outcome(StrEnum):
-    """The outcome of a model call. After any of the last four outcomes, the agent stays where it is."""
+    """The outcome of a model call. After any outcome but `chosen` and `repaired`, the agent stays where it is."""
 
     CHOSEN = "chosen"  # parsed as requested
     REPAIRED = "repaired"  # found by the fallback parser
@@ -125,7 +125,7 @@ class RoundStep(Record, frozen=True, kw_only=True):
 
 
 SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""The choices of a question that asks for a message only, and the choice of an unreadable reply."""
+"""Names of choices: the agent sends a message, the agent sends none, or the reply is unreadable."""
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
@@ -193,7 +193,7 @@ class GridStep(Record, frozen=True, kw_only=True):
         return (self.direction or self.action) if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
 
     def tally(self, counts: Counts) -> None:
-        """Count the step and the outcomes of its two calls."""
+        """Count the step and its two outcomes: of the decision and of the message."""
         counts.steps += 1
         _increment(counts.outcomes, self.outcome)
         _increment(counts.message_outcomes, self.message_outcome)
@@ -231,12 +231,12 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""The kinds of command in a 3D world, by its translation, else its turn, else its gaze; "stay" if it moves nothing."""
+"""The kinds of command in a 3D world. A walk decides the kind, else a turn, else the gaze; no motion is "stay"."""
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 
 def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> str:
-    """Return the kind of a command (one of COMMAND_KINDS), given degrees and metres; 0 means that it does not ask."""
+    """Return the kind of a command (one of COMMAND_KINDS). Angles are in degrees, the distance in metres."""
     if distance > 0:
         return _QUARTERS[math.floor((bearing + 45) % 360 / 90) % 4]
     if turn:

@@ -25,17 +25,24 @@ LIKELIEST = 5
 PLACES = 4
 """Number of first tokens of a reply whose log-probabilities are compared."""
 MARK = "~"
-"""Separates the digest of the first weights and the mark of later weights, so that these have other keys of answers."""
+"""The sign between a digest and the mark of later weights; the mark gives their answers other keys in the cache."""
 DIGITS = 4
 """Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
-"""Mean difference of log-probabilities. Weights are the same up to the first value, different above the second."""
+"""Two thresholds of the mean difference of log-probabilities between two canaries.
+
+Up to the first threshold, the weights count as the same; above the second, as different.
+"""
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
-"""Share of likeliest tokens in common. Weights are the same from the first value on, different below the second."""
+"""Two thresholds of the share of the likeliest tokens that two canaries have in common.
+
+From the first threshold on, the weights count as the same; below the second, as different.
+"""
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
-"""Share of a text that another text begins with too, for servers without log-probabilities. Weights are the same from
-the first value on, different below the second. `benchmarks/bench_llama.py` measures all six values; docs/models.md
-shows the results.
+"""Two thresholds of the share of a text before its first difference from another text.
+
+They are for servers without log-probabilities. From the first threshold on, the weights count as the same; below the
+second, as different. `benchmarks/bench_llama.py` measures these six thresholds; docs/models.md shows the results.
 """
 
 

@@ -25,9 +25,9 @@ YES, NO = "yes", "no"
 UNCLEAR = "unclear"
 """The answer of a labeller who cannot decide; no label may have a choice with this name."""
 NONE = "none"
-"""If the choices are a world's actions, this is the choice for a reply without a decision."""
+"""The choice for a reply without a decision, if the choices of the label are the actions of the world."""
 ACTIONS = "actions"
-"""In place of choices, it means the actions that the world declares for the question of a reply."""
+"""With `choices: actions`, the choices for a reply are the actions that the world declares for its question."""
 
 _SHIPPED = Path(__file__).parent / "shipped"
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -77,7 +77,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return hashlib.sha256(msgspec.json.encode((self.question, self.choices, self.judge))).hexdigest()
 
     def asked(self, context: Context) -> tuple[str, ...]:
-        """Return the lines of the question to a person, beginning with the line that has a question mark."""
+        """Return the lines of the label's question for a person; the line with the question mark comes first."""
         lines = [line for line in self.question.splitlines() if line.strip()]
         asking = next((line for line in lines if "?" in line), lines[0])
         return tuple(_filled(line, context) for line in (asking, *(one for one in lines if one is not asking)))
@@ -87,11 +87,11 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return _filled(self.judge, {**context, "text": text, "options": self.options(context)})
 
     def options(self, context: Context) -> tuple[str, ...]:
-        """Return the possible answers about a text, without `UNCLEAR`."""
+        """Return the answers that a labeller can choose for a text, apart from `UNCLEAR`."""
         return self.choices or (*context.get("actions", ()), NONE)
 
     def rule_function(self) -> Rule | None:
-        """Return the rule; None for a label without one.
+        """Return the function of the label's rule, or None if the label has no rule.
 
         Raises:
             InputError: the named function does not exist.

@@ -52,7 +52,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LabelDesk:
-    """The texts of a sample and the labels of all people; safe to call from any thread.
+    """The texts of a sample and the labels of all people. Several threads may call its methods at the same time.
 
     A person's next text is one of the texts that the fewest other people have labelled or see now. Among these, each
     person has a separate order, which takes one text of every stratum in turn. So two people begin with different
@@ -62,7 +62,7 @@ class LabelDesk:
     def __init__(
         self, folder: LabelFolder, label: Label, sample: Sample, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Read the existing labels; `clock` returns the time in seconds."""
+        """Read the labels that people have given so far; `clock` returns the present time in seconds."""
         self._folder, self._label, self._clock = folder, label, clock
         self._drawn = {one.item: one for one in sample.drawn}
         self._lock = threading.Lock()
@@ -137,7 +137,7 @@ class LabelDesk:
         return min(left, key=lambda item: (others[item], order[item]), default=None)
 
     def order(self, person: str) -> list[str]:
-        """Return all texts in the order for a person: one of every stratum in turn, at random within a stratum."""
+        """Return all texts in one person's order: the strata take turns, and each gives its texts in a random order."""
         drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
         ranks: Counter[int] = Counter()
         rounds: dict[str, tuple[int, bytes]] = {}

@@ -56,12 +56,12 @@ class Item:
 
     @property
     def content(self) -> bytes:
-        """All that a labeller sees of the text, as one key; texts with equal content get equal labels."""
+        """The text and its context, as bytes; two texts with equal bytes get equal labels."""
         return content_of(self.text, self.context)
 
 
 def content_of(text: str, context: Context) -> bytes:
-    """Return all that a labeller sees of a text and its context, as one key."""
+    """Return a text and the context that a labeller sees, as bytes to compare."""
     shown = {key: value for key, value in context.items() if key != _RECORDED}
     return msgspec.json.encode((text, shown), order="sorted")
 
@@ -98,7 +98,10 @@ def complete_runs(sweep: SweepFolder) -> list[RunFolder]:
 
 
 def items_in(run: RunFolder, label: Label) -> Iterator[Item]:
-    """Yield the texts of a run to which a label applies; none if the choices are actions and there are none."""
+    """Yield the texts of a run to which a label applies.
+
+    If the choices of the label are actions, replies to questions without declared actions are left out.
+    """
     if label.unit == "message":
         yield from _messages_in(run, label)
         return
@@ -190,6 +193,6 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
 
 
 def recorded_action(_: str, context: Context) -> str | None:
-    """Return the recorded decision of a reply, or None if it was unreadable; the rule of the label `reading`."""
+    """Return the recorded decision of a reply, None if it was unreadable. The label `reading` uses this as its rule."""
     recorded = str(context[_RECORDED])
     return recorded if recorded not in ("", NONE) else None

@@ -1,4 +1,7 @@
-"""Draws the texts that people label, each with a known probability, by strata: the model and the result of the rule."""
+"""Draws the texts that people label, each with a known probability.
+
+A stratum contains the texts of one model for which the rule of the label gives the same result.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -13,7 +16,7 @@ from foundry.labels.items import Item
 PER_MODEL = 200
 """Default number of texts that are drawn for each model."""
 NEAR, REST = "near", "rest"
-"""Names of strata: texts about which the rule may be wrong, and all texts of a label without a rule."""
+"""Names of two strata: `near` for texts about which the rule may be wrong, `rest` for all texts if there is no rule."""
 _GOLDEN = (5**0.5 - 1) / 2
 
 
@@ -41,7 +44,7 @@ class Drawn(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stratum(msgspec.Struct, frozen=True, kw_only=True):
-    """Texts of a model for which the rule has one result.
+    """The texts of one model for which the rule of a label gives the same result.
 
     Attributes:
         draw: index of the draw, from 0; runs that are added later belong to further draws.
@@ -78,7 +81,7 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def stratum_of(label: Label, text: str, context: Context) -> str:
-    """Return the stratum of a text within its model: the result of the rule, `near`, or `rest` without a rule."""
+    """Return a text's stratum: the result of the rule, `near` if this may be wrong, or `rest` without a rule."""
     rule, near = _functions(label)
     if rule is None:
         return REST

@@ -81,7 +81,7 @@ class _Asked:
 
 
 def _with_none(override: str) -> str:
-    """Add the unchanged prompt to an override of `format`, because formats are compared with it."""
+    """Add `none`, the unchanged prompt, to an override of `format`: foundry compares formats with this prompt."""
     key, _, value = override.partition("=")
     names = [name.strip() for name in value.strip("[]").split(",")]
     return override if key != FORMAT or NONE in names else f"{key}={','.join([NONE, *names])}"
@@ -154,9 +154,10 @@ def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int
     calls = counted(moments * len(conditions) * repeats, "call")
     asked = f"{counted(len(conditions), 'condition')}, {counted(repeats, 'repeat')}"
     told = any("sampling" in one.config["world"] for one in conditions)
+    once = ", one for all repeats where probabilities suffice" if told else ""
     return (
         f"{counted(moments, 'moment')} of {counted(runs, 'run')}, {asked}: at most {calls}, "
-        f"fewer where an edit changes nothing{', one where probabilities replace all repeats' if told else ''}"
+        f"fewer if an edit does not change every moment{once}"
     )
 
 
@@ -238,7 +239,7 @@ def _condition(
 
 
 def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the setting with which a probe asks only once if probabilities suffice; empty if the model has none."""
+    """Return the setting `sampling` if the log-probabilities of this model can replace repeats; else nothing."""
     options = {**(model.get("options") or {}), **(model.get("extra") or {})}
     named = {key: options[key] for key in ("temperature", *OPEN, *NEUTRAL) if options.get(key) is not None}
     return {"sampling": named} if model.get("logprobs") and Sampling.of(named) else {}
@@ -246,7 +247,7 @@ def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Planned:
-    """The number of questions with an edit.
+    """The numbers of moments, conditions and calls of one edit in a probe.
 
     Attributes:
         moments: number of moments that the edit changes.

@@ -1,4 +1,4 @@
-"""Draws the moments of a probe from recorded runs, or takes those of an earlier probe."""
+"""Draws the moments of a probe from recorded runs, or reads the moments of an earlier probe."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -111,7 +111,10 @@ def drawn(
 def _of_run(
     rng: Generator, moments: Iterable[Moment], window: int, strata: Mapping[Moment, Strata]
 ) -> dict[_Stratum, dict[int, list[Moment]]]:
-    """Draw one moment per agent and window: first its kind, then its stratum; return them by stratum and window."""
+    """Draw one moment of each agent in each window of steps; return the moments by stratum and window.
+
+    The kind of the question is drawn first, then the stratum, then the moment.
+    """
     near: dict[Any, dict[str, dict[_Stratum, list[Moment]]]] = {}
     for moment in moments:
         kinds = near.setdefault((moment.agent, (moment.step - 1) // window) if window else moment, {})
@@ -131,13 +134,13 @@ def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
 
 
 def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
-    """Yield a moment from each stratum in turn; within a stratum, one from each window in turn."""
+    """Yield moments: the strata take turns; within a stratum, its windows of steps take turns."""
     queues = [_in_turns(list(strata[one].values()), rng) for one in sorted(strata)]
     return _round_robin([queues[place] for place in rng.permutation(len(queues))])
 
 
 def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield a moment from each group in turn, with the moments of a group in random order."""
+    """Yield moments: the groups take turns, and each group gives its moments in a random order."""
     shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 
@@ -169,7 +172,7 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
         if run not in recorded:
             raise not_found("Run", run, recorded, f"{file} lists moments of this run.")
     if kept_of(found.moments, recorded)[0].runs != found.runs or list(found.moments) != sorted(set(found.moments)):
-        raise InputError(f"moments={file} belongs to runs with other answers. Name the sweep that it was drawn from.")
+        raise InputError(f"moments={file} was drawn from runs with other answers. Name the sweep with those runs.")
     return found
 
 

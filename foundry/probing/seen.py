@@ -97,7 +97,7 @@ class Replies(msgspec.Struct, frozen=True):
 
 
 class Perceived(msgspec.Struct, frozen=True):
-    """What the agent perceives under an edit, and the number of images."""
+    """The observation of an agent under an edit, and the number of images in the question."""
 
     edit: int
     observation: dict[str, Any]
@@ -232,7 +232,7 @@ class SeenProbe:
         return Seen(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return an image that the agent sees under an edit; without images, a picture of the world's state.
+        """Return an image that an agent sees under an edit. A question without images gives a picture of the world.
 
         Raises:
             InputError: there is no such image, or the world must not be built, because its code is not trusted.
@@ -248,7 +248,8 @@ class SeenProbe:
         if not question.images:
             return scenario.drawn_at(moment)
         if image >= len(question.images):
-            raise InputError(f"Moment {number} has {len(question.images)} images, from 0: there is no image {image}.")
+            last = len(question.images) - 1
+            raise InputError(f"Moment {number} has no image {image}: give a number from 0 to {last}.")
         return question.images[image]
 
     def moment(self, number: int) -> Moment:

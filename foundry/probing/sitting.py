@@ -15,7 +15,7 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 
 class SittingRunner(LocalRunner):
-    """Runs the missing runs of a sweep while people answer questions at a desk.
+    """Plays the missing runs of a sweep while people answer questions on a page.
 
     Attributes:
         session: beginning of its worker's name.
@@ -35,7 +35,7 @@ class SittingRunner(LocalRunner):
         self._at_once = MOST_OPEN if together else 1
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
-        """Return the settings of the only worker, with the number of runs that it plays at once."""
+        """Return the settings of the only worker, including the number of runs that it plays at once."""
         return replace(super().spec(job, runs, number), open_runs=self._at_once)
 
     def run(self, job: SweepJob) -> None:
@@ -57,7 +57,7 @@ def people_in(sweep: Sweep) -> list[str]:
 
 
 def people_to_ask(sweep: Sweep) -> list[str]:
-    """Return the names of people as `people_in` does, but at least one.
+    """Return the names that `people_in` finds, and raise an error if it finds none.
 
     Raises:
         InputError: there are none.

@@ -2,8 +2,8 @@
 
 A space of formats lists options for each feature; a format chooses one option per feature (FormatSpread, Sclar et al.
 2024, arXiv 2310.11324). Marks in the source of a template enclose the parts that may change, such as headings. foundry
-sets these marks before it fills in an observation. So it never formats messages of agents, nor the requested form of
-the reply.
+sets these marks before it fills in an observation. So a format never changes the messages of agents, nor the
+requested form of the reply.
 """
 
 import json
@@ -99,14 +99,14 @@ class Format:
         if (total := math.prod(sizes)) > _MOST:
             raise InputError(f"Format '{name}' has {total:,} formats, more than {_MOST:,}: give it fewer options.")
         if draw >= total:
-            raise InputError(f"format={name}/{draw} does not exist: '{name}' has {total:,} formats, from 0.")
+            raise InputError(f"format={name}/{draw} does not exist: give a format from {name}/0 to {name}/{total - 1}.")
         place = seeding.stream(0, f"formats:{name}").permutation(total)[draw]
         drawn = np.unravel_index(place, sizes)
         chosen = {feature: options[feature][int(number)] for feature, number in zip(options, drawn, strict=True)}
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Replace words in the source of a template, and mark the parts that this format may change."""
+        """Replace words in the source of a template as this format says, and mark the parts that it may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
@@ -189,7 +189,7 @@ def _line_marked(line: str) -> str:
 
 
 def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield each heading alone, and labels or items in groups with only blanks between their members."""
+    """Yield groups of labels, or of items, between which there are only blanks; a heading is a group alone."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in found:

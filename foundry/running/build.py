@@ -1,4 +1,4 @@
-"""Builds objects from configurations, which name their classes by `_target_`; and wraps models for a run."""
+"""Builds an object of the class that `_target_` names in a configuration, and wraps the models of a run."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -77,7 +77,7 @@ def members_of(model: Model) -> list[Model]:
 
 
 def served_by_others(model: Model) -> list[Model]:
-    """Return the members of a model that a server runs, and not this process."""
+    """Return the members of a model that run on a server, not in this process."""
     return [member for member in members_of(model) if member.costs and not member.in_process]
 
 
@@ -92,7 +92,7 @@ def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
 def _stacked(
     model: Model, answers: Callable[[], Answers], info: ModelInfo | None, limit: Callable[[InFlight], Limit]
 ) -> Model:
-    """Wrap a model that costs something: a call passes the cache, the warm-up, the limit, the retries, the weights."""
+    """Wrap a model that costs something with a cache, a warm-up, a limit, retries and a check of its weights."""
     if not model.costs:
         return model
     serving = serving_of(model)

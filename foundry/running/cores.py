@@ -20,7 +20,7 @@ def share_cores(workers: int) -> None:
 
 
 def threads_of(cores: int, workers: int) -> int:
-    """Return how many further threads of each worker may draw; 0 if it has a single core."""
+    """Return how many extra threads each worker may use to draw; 0 if a worker has only one core."""
     own = cores // workers
     return own if own > 1 else 0
 

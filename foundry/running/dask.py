@@ -96,7 +96,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker for its facts and whether it can read a file; return the answers by worker's address."""
+    """Ask every worker for its versions and its host, and whether it sees a file; return the answers by address."""
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)
@@ -116,7 +116,7 @@ def _same_versions() -> str:
 
 
 def site(file: str) -> Site:
-    """Return the facts about this process; workers of the cluster call this."""
+    """Return the versions and the host of this worker of the cluster, and whether it sees a file."""
     return Site(provenance.versions(), socket.gethostname(), Path(file).exists())
 
 
@@ -162,7 +162,7 @@ class DaskRunner(Runner):
         remote: str | None = None,
         ahead: bool = True,
     ) -> None:
-        """Take the settings of `conf/runner/dask.yaml`."""
+        """Set the settings; `conf/runner/dask.yaml` explains them."""
         super().__init__(open_runs, ahead)
         if "://" not in address:
             raise InputError(f"runner.address={address} lacks a protocol. Write, for example, tcp://{address}.")
@@ -203,7 +203,7 @@ class DaskRunner(Runner):
     def _play_remotely(
         self, client: Any, job: SweepJob, remote: RemoteRuns, runs: Sequence[RunFolder], number: int
     ) -> None:
-        """Give each worker its own chunks of runs, since there are no locks without a shared folder; fetch the runs."""
+        """Give each worker its own chunks of runs, because locks need a shared folder; fetch the played runs."""
         spec = self.spec(job, runs, number)
         workers = self._size(client, runs)
 
@@ -220,7 +220,7 @@ class DaskRunner(Runner):
         raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _outlive(self, client: Any, attempt: Callable[[], str | None], runs: Sequence[RunFolder]) -> str | None:
-        """Repeat tasks whose workers died, as long as each attempt ends further runs."""
+        """Repeat tasks whose workers died, until an attempt ends no more runs."""
         while True:
             ended = sum(run.ended for run in runs)
             try:

@@ -1,4 +1,4 @@
-"""A worker (lane): it plays runs, several at once in one event loop, and reports its progress."""
+"""A worker, called lane in the code: it plays several runs at once in one event loop, and reports its progress."""
 
 import asyncio
 import contextlib
@@ -54,7 +54,7 @@ MOST_OPEN = 64
 
 @dataclass(frozen=True)
 class LaneSpec:
-    """The input of a worker.
+    """The settings of a worker.
 
     Attributes:
         name: name of the worker, by which its progress report is named.
@@ -90,7 +90,7 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """The progress of a worker with one model; `spared` counts the calls that runs could have made before their end."""
+    """The progress of a worker with one model; `spared` is the number of calls that ended runs did not need."""
 
     complete: int = 0
     failed: int = 0
@@ -148,7 +148,7 @@ class Played:
 
 @dataclass
 class Lane:
-    """A worker at work.
+    """A worker that plays runs.
 
     Attributes:
         fatal: the cause that must end the sweep, or None.
@@ -206,7 +206,7 @@ class Lane:
                 await model.close()
 
     def _exchange(self) -> None:
-        """Exchange facts about servers with the other workers, if their reports were read since the last time."""
+        """Update the limits if the reports of the other workers were read since the last update."""
         reports, self._heard = self._heard, None
         if reports is not None:
             self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
@@ -253,7 +253,7 @@ class Lane:
             self._exchange()
 
     def _open_runs(self, least: int) -> int:
-        """Return how many runs to play at once: `least`, or more if that is above 1 and a server has room."""
+        """Return how many runs to play at once: `least`; if `least` is above 1 and a server has room, more."""
         return least if least == 1 else max(least, min(MOST_OPEN, least + self._more))
 
     async def _settle(self, folder: RunFolder) -> bool:

@@ -15,9 +15,9 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import storing
 
 MAX_DEATHS = 2
-"""A run fails once so many workers died while they had only this run open."""
+"""A run fails after this number of workers died while they had only this run open."""
 MAX_IDLE_DEATHS = 5
-"""The sweep stops once more workers than this died while they had no run open."""
+"""If more than this number of workers died without an open run, the sweep stops."""
 POLL_S = 0.25
 
 

@@ -11,12 +11,12 @@ from foundry.worlds.base import Answer, unanswered
 BURST = 16
 """Number of calls that are sent at the same time."""
 ALONE = 4
-"""Number of these calls that are sent one after another before."""
+"""Number of calls that are sent one after another, before the calls that are sent at the same time."""
 
 
 @dataclass(frozen=True)
 class Timed:
-    """A reply, and when the server began and ended to work on it, seconds by this machine's clock."""
+    """A reply, with the times when its server began and finished it, seconds by this machine's clock."""
 
     reply: Reply
     began: float
@@ -34,7 +34,7 @@ async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
 
 
 async def _timed(model: Model, request: Request) -> Timed:
-    """Send a request; the server's report of its working time counts, if there is one."""
+    """Send a request and take the time; if the server reports its working time, that time counts."""
     sent = time.perf_counter()
     reply = await model.ask(request)
     ended = time.perf_counter()
@@ -95,9 +95,9 @@ async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
 
 
 def busy_s(ends: Sequence[float], slots: int) -> float:
-    """Return the mean time in which a slot of the server was busy, seconds: the mean end of as many last calls.
+    """Return the mean time in which a slot of a server was busy, seconds.
 
-    The end of the last call would be too late, since the other slots have no call by then.
+    With n slots, this is the mean end of the n last calls: when the very last call ends, the other slots are idle.
 
     Args:
         ends: time from the start of all calls to the end of each call, seconds.
@@ -112,13 +112,13 @@ def _mean(counts: Sequence[int | None]) -> float | None:
 
 
 def _is_late(burst: Sequence[Timed]) -> bool:
-    """Return whether the median reply spent more time on the network than at its server, queue included."""
+    """Return whether the median reply spent more time on the network than at its server, with waiting there."""
     timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
     return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls overlapped; without the server's times, how many times faster the calls were together."""
+    """Return how many calls a server worked on at once, from its times; without these, from the speed-up together."""
     if not any("output" in one.reply.timings for one in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.

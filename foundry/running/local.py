@@ -27,7 +27,7 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 
 class SweepStopped(FoundryError):
-    """An error stopped the sweep, because it would end every further run too."""
+    """An error stopped the sweep, because the same error would end every further run."""
 
 
 class SweepInterrupted(Exception):
@@ -41,7 +41,7 @@ def new_session() -> str:
 
 @dataclass(frozen=True)
 class SweepJob:
-    """The runs to play, and how.
+    """The folder of the sweep to run, and the settings for its workers.
 
     Attributes:
         infos: facts about each model from its server, by `expansion.settings_key`.
@@ -77,7 +77,7 @@ class Runner(ABC):
     """Plays the runs of a sweep in phases; subclasses define where the workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
-        """Take the settings of `conf/runner/local.yaml`."""
+        """Set the settings; `conf/runner/local.yaml` explains them."""
         self._open_runs = _count("runner.open_runs", open_runs)
         if not isinstance(ahead, bool):
             raise InputError(f"runner.ahead={ahead} is neither true nor false. Give true or false.")
@@ -106,7 +106,7 @@ class Runner(ABC):
         """Connect to the workers and check that they can run the sweep; this must not change the sweep."""
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
-        """Return the input of the workers of a phase."""
+        """Return the settings of the workers that play one phase."""
         return LaneSpec(
             name=f"{job.session}-{number}",
             session=job.session,
@@ -125,13 +125,13 @@ class LocalRunner(Runner):
     """Plays the runs of a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
-        """Take the settings of `conf/runner/local.yaml`."""
+        """Set the settings; `conf/runner/local.yaml` explains them."""
         super().__init__(open_runs, ahead)
         self._workers = worker_count(workers)
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Check nothing: each phase starts its own processes."""
+        """Yield the function that plays a phase. There is nothing to check: each phase starts its own processes."""
         yield functools.partial(self._play, job)
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
@@ -177,7 +177,7 @@ def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
 
 
 def _undone(folder: SweepFolder) -> str:
-    """Return how many answers and runs became invalid because a model changed; "" if there are none."""
+    """Return a text with the numbers of answers and runs that a changed model made invalid; "" if both are 0."""
     removed = sum(report.get("removed", 0) for report in folder.progress().values())
     summaries = (run.summary() for run in folder.runs())
     failed = sum(one is not None and one.error_type == ModelChangedError.__name__ for one in summaries)
@@ -220,7 +220,7 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
 
 
 def _free_server(folder: SweepFolder, run: RunFolder) -> None:
-    """Unload the model of a phase that has ended, to make room for the next one; do nothing if it was not called."""
+    """Unload the model of an ended phase, to make room for the next model. Do nothing if the model got no call."""
     config = run.config()["model"]
     tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
     if not _is_served(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):

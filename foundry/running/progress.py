@@ -11,13 +11,13 @@ from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
 
 LEAST_WINDOW = 20
-"""A speed covers at least so many calls, because replies differ in length and calls come in bursts."""
+"""Least number of calls from which a speed is computed, because replies differ in length and come in bursts."""
 REMEMBERED = 0.5
-"""A speed covers this share of the calls so far, if that is more than LEAST_WINDOW."""
+"""Share of the calls so far from which a speed is computed, if this share is more than LEAST_WINDOW calls."""
 FINENESS = 100
-"""Approximate number of points in time that are remembered."""
+"""Approximate number of points in time for which a count is remembered."""
 LEAST_S = 3.0
-"""A speed covers at least so many seconds."""
+"""Least time from which a speed is computed, seconds."""
 
 
 def most_calls(runs: Iterable[RunFolder]) -> dict[int, int]:
@@ -163,7 +163,7 @@ class SweepProgress:
         return now
 
     def at_end(self) -> dict[str, Totals]:
-        """Return the totals at the end of the session, by model, from `run.json` of each run."""
+        """Return the totals of each model at the end of the session, from the files `run.json` of the runs."""
         ended = {name: Totals(runs=totals.runs, most=totals.most) for name, totals in self.before.items()}
         for run in self.folder.runs():
             summary = run.summary()
@@ -173,7 +173,10 @@ class SweepProgress:
 
 
 class Pace:
-    """The growth rate of a count over its later half; the time before it first grows is left out, such as a load."""
+    """The speed at which a count grows over its later half.
+
+    The time before the count first grows is left out, because a model may load then.
+    """
 
     def __init__(self) -> None:
         self._moments: deque[tuple[float, int]] = deque()
@@ -181,7 +184,7 @@ class Pace:
         self._count = self._burst = 0
 
     def note(self, count: int, now: float) -> None:
-        """Add the count at a point in time, seconds."""
+        """Record that the count has this value now, at the time `now`, seconds."""
         self._now = now
         if count <= self._count:
             return
@@ -194,17 +197,17 @@ class Pace:
 
     @property
     def begun(self) -> bool:
-        """True if the count has grown for the first time."""
+        """True if the count has grown at least once."""
         return bool(self._moments)
 
     @property
     def per_s(self) -> float | None:
-        """Growth per second until now; None if it is too early to tell."""
+        """Mean growth of the count per second over the remembered times; None if it is too early to tell."""
         since, count = self._moments[0] if self._moments else (self._now, 0)
         return (self._count - count) / (self._now - since) if self._now - since >= LEAST_S else None
 
     def seconds_for(self, count: float) -> float | None:
-        """Return the seconds until the count has grown by `count` more; None if it is too early to tell.
+        """Return how many seconds the next growth by `count` will take; None if it is too early to tell.
 
         A small growth takes as long as the latest growth of that size, since the last runs cannot keep a server busy.
         A count may grow in bursts. So the time since the last burst counts as a part of the time until the next.
@@ -225,7 +228,7 @@ class Speed:
         self._all, self._sent = Pace(), Pace()
 
     def note(self, totals: Totals, now: float) -> None:
-        """Add the totals at a point in time, seconds."""
+        """Record that a model has these totals at the time `now`, seconds."""
         self._all.note(totals.calls, now)
         self._sent.note(totals.sent, now)
 
@@ -239,7 +242,7 @@ class Speed:
         return 0.0 if totals.done == totals.most else self._pace.seconds_for(totals.to_send)
 
     def seconds_for(self, calls: int, totals: Totals) -> float | None:
-        """Return the seconds that runs take that make at most this many calls; None if it is too early to tell."""
+        """Return the time for runs with at most `calls` calls, seconds; None if it is too early to tell."""
         return self._pace.seconds_for(calls * totals.share)
 
     @property
@@ -248,7 +251,7 @@ class Speed:
 
 
 def left_s(speeds: Mapping[str, Speed], totals: Mapping[str, Totals], free: Collection[str]) -> dict[str, float]:
-    """Return the seconds until all runs of a model have ended, for each model for which it is not too early.
+    """Return for each model the seconds until all its runs have ended. A model is left out if it is too early to tell.
 
     A model that waits for its turn is assumed to be as fast as the models before it. Models in `free` take no time.
     """

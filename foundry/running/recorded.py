@@ -24,7 +24,7 @@ from foundry.worlds.base import Asked, Question
 CALLS = "calls.jsonl.zst"
 NOTHING = "nothing"
 _BEFORE, _LONGEST = 24, 72
-"""Number of characters that are shown before the first difference, and in all."""
+"""Number of shown characters before the first difference, and number of all shown characters."""
 
 
 @dataclass(frozen=True)
@@ -124,13 +124,13 @@ class Wording:
 
 
 def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return the wordings of the questions that a fork shares with the run that it continues; [] if it is no fork."""
+    """Return the prompts and seeds of a fork's questions before the step where it begins; [] if the run is no fork."""
     past = config["fork"]["past"] if "fork" in config else []
     return [Wording(part["before"], build(part["prompt"]), part["seed"]) for part in past]
 
 
 def wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return the wordings of all questions of a run, in order of steps; only a fork has more than one."""
+    """Return the prompts and seeds of a run's questions, in order of steps; only a fork has more than one of each."""
     return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
 
 
@@ -245,7 +245,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run; in a fork, it takes the answers before the fork from the records."""
+    """Return the asker of a run. In a fork, it takes the answers before the first step of the fork from the records."""
     if "fork" not in config:
         return asker
     fork = config["fork"]

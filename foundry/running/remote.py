@@ -23,7 +23,7 @@ from foundry.texts import one_line, without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
 CHUNKS_PER_WORKER = 4
-"""Number of chunks for each worker; a fast worker can take more of them than a slow one."""
+"""Mean number of chunks of runs for a worker; a fast worker can take more chunks than a slow worker."""
 MAX_CHUNK = 256
 
 
@@ -100,7 +100,7 @@ class RemoteSweep:
         """Fetch `sweep.yaml` into a folder, which may already contain the sweep, and return the folder."""
         there = self._sweep_there()
         if there is None:
-            raise InputError(f"There is no sweep at '{self._shown}'. Give the URL that was its runner.remote.")
+            raise InputError(f"There is no sweep at '{self._shown}'. Give the URL that the sweep had as runner.remote.")
         here = SweepFolder.open(path).sweep if is_sweep(path) else None
         if here is None or _grows_into(here, there):
             with self._naming_url():
@@ -195,7 +195,7 @@ def _digest(path: Path) -> str | None:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Runs that a worker plays on its own disk.
+    """A chunk: some runs of a sweep, which one worker plays on its own disk and sends to a URL.
 
     Attributes:
         spec: input of the worker; its sweep only contains the runs of the chunk.
@@ -251,7 +251,7 @@ class RemoteRuns:
             yield Chunk(given, self._remote.url)
 
     def take(self, played: Played) -> None:
-        """Fetch the runs of a chunk, and add them to the progress of the sweep."""
+        """Fetch the runs that a worker has played, and add these runs to the progress of the sweep."""
         runs = [self._runs[run] for run in played.runs]
         self._remote.fetch(self._folder, runs)
         tallies, most = dict[str, Tally](), most_calls(runs)
@@ -264,7 +264,7 @@ class RemoteRuns:
 
 
 def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
-    """Play the runs of a chunk that are not complete at the URL in a temporary folder, and send each when it ends."""
+    """Play the runs of a chunk in a temporary folder, and send each run when it ends; skip runs complete at the URL."""
     remote = RemoteSweep.open(chunk.url)
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:

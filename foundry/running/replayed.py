@@ -64,7 +64,7 @@ class ReplayModel(Model):
         return {"replays": self._of, "sweep": self._sweep.sweep.definition}
 
     def in_run(self, context: RunContext) -> Model:
-        """Return a model with the answers of the recorded runs whose calls have the same seed as this run's."""
+        """Return a model that answers from the recorded runs whose calls have the seed of this run's calls."""
         seeds = {run.calls_seed for run in self._runs}
         if context.calls_seed not in seeds:
             raise InputError(
@@ -98,7 +98,7 @@ class Replayed(Model):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer requests in order; no request needs a task of its own."""
+        """Answer requests in order, without a task for each request."""
         table = self._model.table(self._calls_seed)
         return [table.reply(request) for request in requests]
 
@@ -128,8 +128,8 @@ class AnswerTable:
         what = f"the {request.kind} question of agent {request.agent} at step {request.step}"
         if key in self._disputed:
             raise RequestError(
-                f"'{self._path}' answers {what} in different ways, in the runs {' and '.join(self._disputed[key])}: "
-                "name one of them with model.of=<run>."
+                f"'{self._path}' has different answers to {what}, in the runs {' and '.join(self._disputed[key])}. "
+                "Name one of these runs with model.of=<run>."
             )
         if key not in self._replies:
             raise RequestError(
@@ -139,11 +139,11 @@ class AnswerTable:
 
     def _why(self, request: Request) -> str:
         run = self._asked.get((request.step, request.agent, request.kind, request.seed))
-        return "it was not asked" if run is None else f"in run {run} it was asked in other words"
+        return "no run asked this question" if run is None else f"run {run} asked this question in other words"
 
 
 def _split(recorded: str, of: str | None) -> tuple[Path, str | None]:
-    """Return the folder and the model of a text such as "outputs/pilot@llama3.2"; the model may be given apart."""
+    """Return the folder and the model that a text such as "outputs/pilot@llama3.2" names; `of` may name the model."""
     parts = recorded.split("@")
     for count in range(1, len(parts)):
         folder = Path("@".join(parts[:count]))

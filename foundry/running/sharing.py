@@ -1,8 +1,8 @@
 """Shares one limit on calls in flight among all workers that call a server.
 
-One worker, the leader, finds the limit from the calls of all workers, and each worker takes a part of it. The leader is
-the worker with the lowest name; if it stops to report, the next worker leads. Workers communicate through their
-progress reports, so they need a common folder.
+One worker, the leader, finds the limit from the calls of all workers, and gives each worker a part of the limit. The
+leader is the worker with the lowest name; if it stops reporting, the next worker leads. Workers communicate through
+their progress reports, so they need a common folder.
 """
 
 import contextlib
@@ -18,11 +18,11 @@ from foundry.models.wrappers.climbing import Sums
 from foundry.models.wrappers.limited import Limit, climb_within
 
 SILENT_S = 5.0
-"""A worker whose report has not changed for so many seconds counts as gone."""
+"""If the report of a worker has not changed for this time, seconds, the worker counts as gone."""
 PATIENCE_S = 2.0
-"""Time for which a worker waits for the first reports of the workers that begin with it, seconds."""
+"""Time for which a new worker waits for the reports of other workers before it finds a limit alone, seconds."""
 SELDOM = 0.5
-"""A server has room for more calls if calls waited for its limit in a smaller share of the time than this."""
+"""If calls waited for a server's limit in less than this share of the time, the server has room for more calls."""
 
 
 class Part(msgspec.Struct, frozen=True):
@@ -44,14 +44,14 @@ class Part(msgspec.Struct, frozen=True):
 
 
 Parts = dict[str, Part]
-"""Reports of one worker by server, or reports about one server by worker."""
+"""Several reports: of one worker, with the servers as keys; or about one server, with the workers as keys."""
 
 
 class Group:
-    """The leader's facts about a server, and the limit that it has found."""
+    """The leader's search for the limit of one server: the sums over all calls, and the present limit."""
 
     def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
-        """Begin at the limit `total`; `found` says that an earlier search for the limit ended there."""
+        """Begin at the limit `total`; `found` says whether an earlier search for the limit ended there."""
         self._climb = climb_within(bounds, total, found=found)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}
@@ -63,7 +63,7 @@ class Group:
         return self._climb.limit
 
     def take(self, parts: Mapping[str, Part]) -> None:
-        """Add the calls since the last reports, and divide the limit; calls before a first report do not count."""
+        """Add the calls since the last reports, and divide the limit. The first report of a worker adds no calls."""
         for worker, part in parts.items():
             if worker in self._last:
                 grown = part.sums - self._last[worker]
@@ -76,7 +76,7 @@ class Group:
 
 
 class Shared:
-    """The limits of a worker on its calls in flight, which it may share with other workers."""
+    """The limits on one worker's calls in flight, one limit per server; it may share each limit with other workers."""
 
     def __init__(
         self, name: str, workers: int = 1, *, apart: bool = False, clock: Callable[[], float] = time.monotonic
@@ -115,7 +115,7 @@ class Shared:
         return self._totals.get(key, limit.allowed) if group is None else group.total
 
     def maker(self, model: str) -> Callable[[InFlight], Limit]:
-        """Return a function that makes a limit for a model and for each of its members; `model` is the model's key."""
+        """Return a function that makes the limit of a model, or of one of its members; `model` is the model's key."""
         first = len(self._limits)
 
         def make(bounds: InFlight) -> Limit:
@@ -130,7 +130,7 @@ class Shared:
         return make
 
     def have_room(self) -> bool:
-        """Return whether, since this was last asked, a server got calls that seldom waited for its limit."""
+        """Return whether a server has room for more calls: since the last check, calls seldom waited for its limit."""
         return any([self._room_of(key, limit) for key, limit in self._limits.items()])
 
     def _room_of(self, key: str, limit: Limit) -> bool:
@@ -139,11 +139,11 @@ class Shared:
         return passed.in_flight_s > 0 and passed.waiting_s < SELDOM * passed.clock_s
 
     def report(self) -> Parts:
-        """Return the facts that the other workers need, by server."""
+        """Return this worker's reports for the other workers, by server."""
         return {key: self._part(key) for key in self._limits}
 
     def exchange(self, reports: Mapping[str, Any]) -> None:
-        """Read what `report` returned to the other workers, decoded from JSON, and update the limits."""
+        """Update the limits from the other workers' reports, which `report` returned there (decoded from JSON)."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
             parts = {worker: found[key] for worker, found in others.items() if key in found}
@@ -166,7 +166,7 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
-        """Find the limit of a server that no other worker calls; begin at the shared limit, if there was one."""
+        """Find the limit of a server that only this worker calls. Begin at an earlier shared limit, if there is one."""
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:

@@ -1,7 +1,7 @@
 """Makes independent random streams, each with a name, from the one seed of a run.
 
-Every stream is a child of `numpy.random.SeedSequence(seed)`, with a spawn key made of the stream's name. So one more
-stream, or one more draw from a stream, never changes the numbers of other streams.
+Every stream is a child of `numpy.random.SeedSequence(seed)`, with a spawn key made of the stream's name. Because
+of these keys, one more stream, or one more draw from a stream, never changes the numbers of other streams.
 """
 
 import zlib
@@ -15,7 +15,7 @@ SEED_MASK = 0x7FFF_FFFF
 _WORD = 0xFFFF_FFFF
 _MULTIPLIER = 0x931E8875
 _POOL = 4
-"""Number of 32-bit words in the pool of a `SeedSequence`; algorithm and constants: `seed_seq_fe128`, M. O'Neill."""
+"""Number of 32-bit words in the pool of a `SeedSequence`. Source of the constants: `seed_seq_fe128`, M. O'Neill."""
 
 
 @lru_cache(maxsize=256)
@@ -52,7 +52,7 @@ def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0
 
 @lru_cache(maxsize=256)
 def _mixed(seed: int, step: int, kind: str) -> tuple[int, int]:
-    """Return the first word of the sequence's pool before the agent is mixed in, and the multiplier at that point.
+    """Return the first word of a `SeedSequence`'s pool and its multiplier, before the agent's id is mixed in.
 
     Each word of the pool is hashed once alone, once for every other word, and once for each word beyond the fourth.
     """

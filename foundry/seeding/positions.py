@@ -29,7 +29,7 @@ class Positions:
     fires: NDArray[np.int64]
 
     def of(self, world: Settings) -> Settings:
-        """Return a world's settings with these positions: a `center` for each place, a `position` for each fire."""
+        """Return a world's settings in which the `center` of each place and the `position` of each fire are set."""
         placed: Any = world
         return msgspec.structs.replace(
             world,
@@ -59,7 +59,7 @@ class PositionLaw:
         fires: int,
         starts: NDArray[np.int64] | None = None,
     ) -> None:
-        """Find all possible centres of each place.
+        """Find, for each place, all cells at which its centre can lie.
 
         Args:
             half_size: both axes run from -half_size to +half_size.
@@ -92,7 +92,7 @@ class PositionLaw:
         )
 
     def _possible(self, extent: NDArray[np.int64], starts: NDArray[np.int64] | None) -> NDArray[np.int64]:
-        """Return the centres at which a place lies on the grid and covers no start, (C, 2)."""
+        """Return the centres, (C, 2), at which a place lies on the grid and covers no cell of `starts`."""
         across, along = (np.arange(half - self._half_size, self._half_size - half + 1) for half in extent.tolist())
         centres = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
         if not len(centres):
@@ -107,7 +107,7 @@ class PositionLaw:
     def _starts_within(
         self, centres: NDArray[np.int64], extent: NDArray[np.int64], starts: NDArray[np.int64]
     ) -> NDArray[np.int64]:
-        """Return how many starts a place at each centre would cover, (C,), by cumulative sums over the grid."""
+        """Return how many cells of `starts` a place would cover at each centre, (C,), from cumulative sums."""
         width = 2 * self._half_size + 1
         sums = np.zeros((width + 1, width + 1), dtype=np.int64)
         np.add.at(sums, tuple((starts + self._half_size + 1).T), 1)

@@ -16,10 +16,10 @@ DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
 """The setting for the number of calls of each served model that are repeated; 0 repeats none."""
 AUTO = "auto"
-"""The value of SETTING with which foundry repeats about 2 % of a model's calls."""
+"""The value `determinism=auto`, with which foundry repeats about 2 % of a model's calls."""
 _CALLS_PER_REPEAT = 50
 _LEAST, _MOST = 2, 10
-"""Minimum and maximum number of a model's recorded calls that AUTO repeats."""
+"""Minimum and maximum number of recorded calls of a model that `determinism=auto` repeats."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Budget:
 
     @classmethod
     def of(cls, setting: int | str, calls: int, in_flight: int) -> "Budget":
-        """Return the budget of a model; for AUTO it is 2 % of its calls, but at least 4 calls."""
+        """Return the number of calls to send; with `auto`, this is 2 % of the model's calls, but at least 4."""
         if isinstance(setting, int):
             again = min(setting, calls)
             return cls(again, min(in_flight, calls - again))
@@ -79,7 +79,7 @@ class Share(msgspec.Struct, frozen=True):
 
 
 class Score(msgspec.Struct, frozen=True):
-    """The shares of equal texts and of equal decisions; calls that decide nothing alone have no decision."""
+    """The share of equal texts, and the share of equal decisions among calls with a decision of their own."""
 
     texts: Share
     decisions: Share
@@ -104,17 +104,17 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def alone(self) -> Score:
-        """Score of the calls that were repeated one after another."""
+        """The shares of equal texts and decisions when the calls were repeated one after another."""
         return _score([call.alone for call in self.calls])
 
     @property
     def loaded(self) -> Score:
-        """Score of the calls that were repeated at the same time."""
+        """The shares of equal texts and decisions when the calls were repeated at the same time."""
         return _score([call.loaded for call in self.calls])
 
     @property
     def least(self) -> Share:
-        """The smaller share of equal texts: alone, or under load."""
+        """The share of equal texts when calls were repeated alone or under load, whichever share is smaller."""
         return min(self.alone.texts, self.loaded.texts, key=lambda share: share.equal)
 
     @property
@@ -123,12 +123,12 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
         return self.least.equal == self.least.of
 
     def line(self) -> str:
-        """Return the score in words."""
+        """Return the shares of equal texts and decisions in words."""
         alone, loaded = self.alone, self.loaded
-        score = f"same text in {alone.texts} calls alone, in {loaded.texts} with {self.at_once} at once"
+        score = f"same text in {alone.texts} calls alone, and in {loaded.texts} calls with {self.at_once} at once"
         if not alone.decisions.of:
-            return f"{score}; no decision could be compared"
-        return f"{score}; same decision in {alone.decisions} and {loaded.decisions}"
+            return f"{score}; these calls have no decision to compare"
+        return f"{score}; same decision in {alone.decisions} calls alone, and in {loaded.decisions} at once"
 
 
 def _score(found: Sequence[Again]) -> Score:
@@ -137,7 +137,7 @@ def _score(found: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return a remark, with the smallest share, for each model in tables whose server is not deterministic."""
+    """Return, by model name in tables, a remark with the smallest share of equal texts, if a server is not exact."""
     least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
     worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
@@ -148,7 +148,7 @@ class _File(msgspec.Struct):
 
 
 def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Mapping[str, Any]) -> bool:
-    """Return whether a model was measured with these parameters, under this name in tables (`of`)."""
+    """Return whether a model was measured with these parameters; `of` is the name of the model in tables."""
     key = settings_key(parameters)
     return any(
         (measured.of, measured.model, settings_key(measured.parameters)) == (of, model, key) for measured in repeats
@@ -194,7 +194,7 @@ class Told:
 
 
 def told_of(folder: SweepFolder) -> list[Told]:
-    """Return the result for each served model of a sweep; empty if it has none or if the check is switched off."""
+    """Return what the check of determinism found for each served model, or why it did not measure the model."""
     measured = repeats_of(folder)
     lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):

@@ -39,7 +39,7 @@ class Growth:
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
-        """Return the sweep with both parts; its history has the request, with its time (ISO 8601, UTC)."""
+        """Return the sweep with the recorded and the new runs; `when` is the time of the request (ISO 8601, UTC)."""
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
@@ -100,8 +100,8 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
         if begun is not None and not same_weights(begun, model):
             raise InputError(
                 f"Model '{model['name']}' changed since this sweep began (digest {begun['digest'][:12]} then, "
-                f"{model['digest'][:12]} now). Restore the first one and try again, or start a new sweep in "
-                "another output.dir."
+                f"{model['digest'][:12]} now). Restore the first weights and try again, or start a new sweep "
+                "in another output.dir."
             )
 
 
@@ -135,7 +135,7 @@ def _check_agrees(there: Sweep, asked: Sweep) -> None:
 
 
 def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[str, str]]]]:
-    """Return, for each part such as "world" and each name, the distinct settings: texts by path ("fires.0.distance").
+    """Return the different settings of each part (such as "world") and name: texts by path ("fires.0.distance").
 
     A part that has no name, such as sampling_seed, has the name "".
     """
@@ -154,7 +154,7 @@ def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
-    """Raise an error if settings are not recorded; a setting with several values in sweep or request may differ."""
+    """Raise an error if settings now differ from the recorded ones in a setting that has one value in all runs."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
     known = [_without(one, swept) for one in recorded]
     for one in (_without(one, swept) for one in now):

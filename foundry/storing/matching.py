@@ -22,7 +22,7 @@ def place_of(call: Call) -> Asked:
 
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
-    """Yield items of a run in order; before each comes its question, and how often that was asked before."""
+    """Yield each item of a run after its question and the number of equal questions before it."""
     counts: Counter[Asked] = Counter()
     for item in items:
         here = place(item)

@@ -19,7 +19,7 @@ Place = Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A line of the file; a later line with the same id replaces it.
+    """A line of `notes.jsonl`; a later line with the same id replaces an earlier one.
 
     Attributes:
         note: id of the note.
@@ -102,5 +102,5 @@ def add_note(folder: Path, note: Note) -> None:
 
 
 def notes_bytes(notes: list[Note]) -> bytes:
-    """Return the content of a file of notes that has a line for each of these notes."""
+    """Return notes as the content of a file, with one line for each note."""
     return msgspec.json.Encoder().encode_lines(notes)

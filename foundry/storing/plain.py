@@ -20,7 +20,7 @@ LARGEST = 256 * 1024 * 1024
 DEEPEST = 100
 """Maximum number of nested levels; at some tens of thousands of levels the parser crashes the process."""
 _PARSER_DEPTH = "exceeded maximum nesting depth"
-"""The error by which newer versions of libyaml refuse more than a thousand levels."""
+"""The error text with which newer versions of libyaml refuse YAML with more than a thousand nested levels."""
 MOST_VALUES = 20_000_000
 """Maximum number of values in a YAML text, where a value that an alias repeats counts each time."""
 MOST_SETTINGS = 100_000
@@ -28,7 +28,7 @@ MOST_SETTINGS = 100_000
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""The line of a run in `sweep.yaml`; it nests nothing, and there may be very many such lines."""
+"""A run in `sweep.yaml`. The check of the nesting skips these lines, because a sweep may have very many of them."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
 """Symbolic links and junctions of Windows; its other reparse points, such as cloud files, count as regular files."""
 _REFUSED = {

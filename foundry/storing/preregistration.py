@@ -1,4 +1,4 @@
-"""The plan that is declared before the runs (`preregistration.yaml`), and the comparisons looked at (`looks.jsonl`)."""
+"""The plan before the runs (`preregistration.yaml`), and the comparisons that somebody has seen (`looks.jsonl`)."""
 
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -139,7 +139,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def known(self) -> str:
-        """A text that names the runs and answers that existed before the plan; "" if there were none."""
+        """A text such as "known before the plan: 48 answers, runs in out"; "" if nothing was known."""
         if self.answers_known is None:
             answers = "an unknown number of answers"
         else:

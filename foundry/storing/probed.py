@@ -1,6 +1,6 @@
 """Counts how often a model made each choice in each moment of a probe.
 
-If the probe asked once with log-probabilities, their probabilities replace the counts.
+If the probe asked a moment once and got log-probabilities, foundry computes the counts of this moment from them.
 """
 
 from collections import Counter
@@ -16,7 +16,7 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, lines_of
 
 ANSWERS = 1000
-"""The number of answers that a moment counts as having, if the probabilities of one reply replace the repeats."""
+"""Number of answers in a moment for which the probabilities of one reply replace the repeated calls."""
 Place: TypeAlias = tuple[str, int, int, str, int]
 """A moment: its run, step, agent and kind of question, and how often this question was asked before in the step."""
 
@@ -53,7 +53,7 @@ class Choices:
 
     @property
     def counts(self) -> Counter[str]:
-        """Number of answers with each choice; if there are expected shares, they divide ANSWERS."""
+        """Number of answers with each choice; if there are expected shares, they divide 1000 answers (ANSWERS)."""
         return _dealt(self.expected) if self.expected else self.called
 
 
@@ -74,7 +74,7 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
-    """Yield each moment in which the probabilities of the first reply replace the repeats, and these probabilities."""
+    """Yield the probabilities of a moment's first reply, for each moment in which they replace the repeated calls."""
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):
@@ -91,7 +91,7 @@ def _foreseen(run: RunFolder, line: _Line, call: Call, sampling: Sampling) -> Ce
 
 
 def _dealt(shares: Shares) -> Counter[str]:
-    """Divide ANSWERS among choices by shares that add up to 1; the largest remainders are rounded up."""
+    """Divide 1000 answers (ANSWERS) among the choices by their shares; the largest remainders are rounded up."""
     counts = Counter({choice: int(share * ANSWERS) for choice, share in shares.items()})
     by_remainder = sorted(shares, key=lambda choice: (counts[choice] - shares[choice] * ANSWERS, choice))
     counts.update(by_remainder[: ANSWERS - counts.total()])

@@ -32,7 +32,7 @@ PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
 """The class of the world of a probe; its moments are in the sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
-"""The folder for files from other sweeps, and the file in it with the answers of a run of another sweep."""
+"""The folder for files from other sweeps, and the names of its files; each has the answers of one run."""
 FIXTURES = "fixtures"
 """The record file with the positions of places and fires that a 2D world drew at random."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
@@ -61,7 +61,7 @@ def cannot_write(path: Path, error: OSError) -> StorageError:
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Turn errors of the system within this context into errors that end the sweep and name this path."""
+    """Within this context, turn an error of the operating system into one that ends the sweep and names the path."""
     try:
         yield
     except OSError as error:
@@ -153,7 +153,7 @@ class RunFolder:
         return self._sweep.config(self.run)
 
     def world(self) -> dict[str, Any]:
-        """Return the settings of the run's world; if it drew positions at random, the recorded positions.
+        """Return the settings of the run's world, with the recorded positions if the world drew them at random.
 
         A place or fire without a recorded position is left out, for example before the run starts.
         """
@@ -277,13 +277,13 @@ class RunFolder:
             self._end_file.unlink()
 
     def claim(self) -> AbstractContextManager[bool]:
-        """Reserve the run for this process; the context yields whether it could. A crash frees the run."""
+        """Reserve the run for this process; yield False if another process has it. A dead process frees its run."""
         return claimed(self._sweep_path / "locks" / f"{self.id}.lock")
 
 
 @contextlib.contextmanager
 def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
-    """Hold a lock within this context; yield False if another process holds it. A crash frees the lock.
+    """Hold a lock within this context; yield False if another process holds it. A crash of the process frees the lock.
 
     Args:
         lock_path: file of the lock.

@@ -155,7 +155,7 @@ def _clear(folder: Path) -> None:
 
 
 def _fresh(path: Path) -> Path:
-    """Remove the file at a path, and return the path; otherwise writing would follow a link."""
+    """Remove the file at a path, and return the path; if a link stays there, writing would follow it."""
     path.unlink(missing_ok=True)
     return path
 

@@ -30,7 +30,7 @@ _SHOWN = 160
 """Maximum length of an example, characters."""
 _OUTCOME = "outcome"
 _PARTS = ("edit", "format")
-"""Swept settings of a probe for whose values shares are reported separately."""
+"""Swept settings of a probe: unreadable replies are counted separately for each of their values."""
 
 
 class Standing(msgspec.Struct, kw_only=True):
@@ -64,7 +64,7 @@ class Failure(msgspec.Struct, frozen=True):
 
 
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
-    """Return the progress of a sweep with each of its models; `summaries` has `run.json` of each run, in order."""
+    """Return the progress of a sweep with each of its models; `summaries` are the files `run.json`, in run order."""
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
@@ -114,7 +114,7 @@ class Unread:
 
     @property
     def share_by_part(self) -> dict[str, float]:
-        """For a probe, share of unreadable replies, by edit and format; the largest share comes first."""
+        """Share of unreadable replies for each edit and format of a probe; the largest share comes first."""
         parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
         return dict(sorted(parts.items(), key=lambda item: -item[1]))
 
@@ -130,7 +130,7 @@ class Unread:
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return the unreadable replies of each model for which their share, overall or in a part, reaches LEAST_SHARE."""
+    """Return the unreadable replies of each model with a share of at least LEAST_SHARE, in total or under an edit."""
     by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
@@ -158,7 +158,7 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
 
 
 def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
-    """Add examples of different texts, and whether a schema would help with their questions."""
+    """Add examples with different texts, and whether `model.format=schema` could make such replies readable."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
         text = text_of(call)

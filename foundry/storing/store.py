@@ -4,10 +4,10 @@ The folder contains:
 
 - sweep.yaml (the definition), multirun.yaml (Hydra's configuration), analysis/
 - runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl, calls.jsonl.zst, frames/, images/}
-- progress/ and locks/ while it runs or after it was killed
-- origins/ in a sweep of forks or a probe, moments.json in a probe
-- looks.jsonl after an analysis, notes.jsonl with notes, preregistration.yaml with a declaration
-- manifest.json, scenes.json and scenes/ in an unpacked bundle
+- progress/ and locks/, while a command runs the sweep or after the command was killed
+- origins/, if it is a probe or a sweep of forks; moments.json, if it is a probe
+- looks.jsonl (after an analysis), notes.jsonl (the notes), preregistration.yaml (the plan)
+- manifest.json, scenes.json and scenes/, if the sweep comes from a bundle
 
 The files of a run are in `foundry.storing.run_files`.
 """
@@ -68,7 +68,7 @@ from foundry.texts import holds_secret, without_secrets
 SWEEP_LOCK = "sweep.lock"
 """The lock that a command holds while it reads and rewrites `sweep.yaml`."""
 WAIT_S = 30.0
-"""Maximum time that a command waits for this lock, seconds."""
+"""Maximum time for which a command waits for the lock of a sweep, seconds."""
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
 """The settings without which a recorded sweep cannot be continued."""
@@ -248,7 +248,7 @@ class SweepFolder:
         return self.path / MOMENTS_FILE
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
-        """Write the moments of a probe, and the earlier answers of the runs that they come from.
+        """Write the moments of a probe, and the answers before these moments in the runs of other sweeps.
 
         Existing files do not change.
 
@@ -361,7 +361,7 @@ def find_run(path: Path) -> RunFolder:
 
 
 def sweeps_in(path: Path) -> list[Path]:
-    """Return the sweeps that are a folder or one of its subfolders, newest first; baselines follow their sweep."""
+    """Return the sweeps among a folder and its subfolders, newest first; a baselines folder follows its sweep."""
     places = ("", "*/", "baselines/", "*/baselines/")
     folders = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
     folders -= {one for one in folders if one.name == "baselines" and one != path and one.is_symlink()}
@@ -381,7 +381,7 @@ def _no_sweep(path: Path) -> str:
     if not path.exists():
         return f"Folder '{path}' does not exist. Give the folder of a sweep, such as outputs/<sweep>."
     inside = sorted(entry.parent.name for entry in path.glob("*/sweep.yaml"))
-    hint = f" It contains the sweeps {', '.join(inside)}." if inside else ""
+    hint = f" This folder contains the sweeps {', '.join(inside)}." if inside else ""
     return f"'{path}' is not a sweep's folder: it has no sweep.yaml.{hint}"
 
 

@@ -1,4 +1,4 @@
-"""Reads and writes `sweep.yaml`, also in the form of version 0.1: the user's overrides, the conditions and the runs."""
+"""Reads and writes `sweep.yaml`: the user's overrides, the conditions and the runs. It also reads version 0.1."""
 
 import copy
 import datetime
@@ -49,7 +49,7 @@ def declared_before(config: Mapping[str, Any]) -> Declared:
 
 
 def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
-    """Return the declaration of records in a condition of `sweep.yaml`; None for 0.1, which wrote none.
+    """Return the declaration of records in a condition of `sweep.yaml`. Version 0.1 wrote none: None.
 
     Raises:
         ValueError: the declaration is malformed, or its form differs from the form of the world's class.
@@ -67,7 +67,7 @@ def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
     if shipped not in (UNSAID, declared.form):
         target = condition["config"]["world"]["_target_"]
         raise ValueError(
-            f"declared: its form is {declared.form!r}, but the records of {target} have the form {shipped!r}"
+            f"declared: the form is {declared.form!r}, but the records of {target} have the form {shipped!r}"
         )
     return declared
 
@@ -237,7 +237,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
 
 
 def sweep_content(text: str, where: object) -> Any:
-    """Parse the text of `sweep.yaml`, which errors name `where`.
+    """Parse the text of `sweep.yaml`; errors begin with its name, `where`.
 
     Runs and seeds are read without a YAML parser, since there may be very many.
     """
@@ -251,7 +251,7 @@ def sweep_content(text: str, where: object) -> Any:
 
 @lru_cache(maxsize=4)
 def _head_content(head: str, where: object) -> Any:
-    """Parse the part of `sweep.yaml` above the runs; lines of seeds are read without a YAML parser."""
+    """Parse `sweep.yaml` without its list of runs. The many seeds are read without a YAML parser, which is slow."""
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None

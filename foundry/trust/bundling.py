@@ -95,7 +95,7 @@ def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
 
 
 def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> None:
-    """Raise an error if a copy of the scene in another folder does not find all its files."""
+    """Raise an error if the scene lost some of its files when it was copied to another folder."""
     from foundry.worlds.camera.loading.scene_files import scene_files
 
     with tempfile.TemporaryDirectory() as name:

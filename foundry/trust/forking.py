@@ -77,7 +77,7 @@ def _steps_of(run: RunFolder) -> list[int]:
 
 
 def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:
-    """Return the part of a fork's configuration that says which run it continues, and how that run was asked."""
+    """Return the part of a fork's configuration that names the continued run, with that run's prompt and seed."""
     whole = {"before": None, "prompt": config["prompt"], "seed": calls_seed(config)}
     past: list[dict[str, Any]] = []
     for part in [*config.get("fork", {}).get("past", []), whole]:
@@ -115,15 +115,17 @@ def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
     except NotRecorded as end:
         if end.place[0] == at:
             return
-        raise _refusal(f"at step {end.place[0]} other questions would be asked") from end
+        raise _refusal(f"at step {end.place[0]} agents would get other questions") from end
     except Departed as departed:
         place = departed.difference.place
         when = f"at step {place[0]}" if place else "at the start"
-        raise _refusal(f"{when} it would differ: {departed.difference.line()}") from departed
+        raise _refusal(f"{when} this line would differ: {departed.difference.line()}") from departed
     except (EndOfRecords, UndeclaredError) as more:
         raise _refusal(f"at step {max(1, world.step)} the fork would have more records: {more}") from more
-    raise InputError(f"--at {at}: the episode ends after {world.step} steps: raise world.steps, or fork it earlier.")
+    raise InputError(f"--at {at}: the fork would end after {world.step} steps. Raise world.steps, or use a lower --at.")
 
 
 def _refusal(why: str) -> InputError:
-    return InputError(f"These overrides change the past, {why}. Change only settings that matter from the fork on.")
+    return InputError(
+        f"These overrides change steps before the fork: {why}. Change only settings that have no effect on those steps."
+    )

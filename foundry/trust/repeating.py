@@ -1,6 +1,6 @@
 """Checks whether servers are deterministic: repeats some recorded calls at the end of a sweep, alone and under load.
 
-The repeats use no cache of answers and do not change the records of runs.
+The repeated calls use no answer cache and do not change the records of runs.
 """
 
 import asyncio
@@ -245,7 +245,7 @@ def _is_of(line: Line, call: Call) -> bool:
 
 
 def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
-    """Replay a run with another reply to a call while the questions stay equal; yield the lines of its question."""
+    """Replay a run with another reply to one call, until questions differ; yield the lines of this call's question."""
     world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):

@@ -1,4 +1,4 @@
-"""Checks `run.json` and `config.yaml` of a replayed run, and pictures that another renderer drew."""
+"""Checks the files `run.json` and `config.yaml` of a replayed run, and compares pictures of two renderers."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
 """Counts that a replay cannot check, because they depend on where the answers came from."""
 _RENDERER = "renderer"
-"""The key of a line that names the renderer."""
+"""The key under which a line of the records names its renderer."""
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
@@ -61,7 +61,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
 
 
 def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) -> None:
-    """Check that the recorded declaration of records equals the declaration of the world now."""
+    """Check that the recorded declaration of records equals the declaration that the world makes now."""
     if run.declared_then is not None:
         then = msgspec.to_builtins(run.declared_then)
         _check(SWEEP_FILE, {"declared": then}, {"declared": msgspec.to_builtins(now)})
@@ -107,7 +107,7 @@ def _check(file: str, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Renderers:
-    """The recorded and the current renderer, if they differ."""
+    """The names of two different renderers: in the records, and on this machine."""
 
     then: str
     now: str
@@ -128,16 +128,16 @@ def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
 
 
 def is_of_pictures(difference: Difference) -> bool:
-    """Return whether a difference is one of pictures, such as a picture in a question."""
+    """Return whether two runs differ here in a picture, such as an image in a question."""
     is_question = difference.file == CALLS and ".images_sha256[" in difference.field
     return is_question or difference.file.split("/")[0] in KEPT
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
-    """Return a note about a run whose pictures another renderer drew; None if the pictures show something else."""
+    """Return a note about a run whose pictures another renderer drew; None if the content of the pictures differs."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
-    note = f"was drawn by {drew.then}, and by {drew.now} here the pixels differ, so it cannot be verified here"
+    note = f"was drawn by {drew.then}. Here, {drew.now} draws other pixels, so the run cannot be verified here"
     now = next((one for one in drawn if sha256_of(one) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
@@ -145,8 +145,8 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
     likeness = likeness_of(then, now)
     if not likeness.same:
         return None
-    apart = f"mean difference {likeness.mean:.2f} of 255, {likeness.far:.1%} far off"
-    return f"{note}; the content of its first picture is the same ({apart})"
+    apart = f"mean difference {likeness.mean:.2f} of 255; {likeness.far:.1%} of the pixels differ much"
+    return f"{note}; the first picture shows the same content ({apart})"
 
 
 def _kept(run: RunFolder, digest: Any) -> bytes | None:
@@ -155,7 +155,7 @@ def _kept(run: RunFolder, digest: Any) -> bytes | None:
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
-    """Yield a line for each run whose canary differs from the first run of the model, or changed during the run."""
+    """Yield a line for each run whose canary changed during the run, or differs from that of the model's first run."""
     first: dict[str, tuple[str, Canary]] = {}
     for summary in _summaries(runs):
         for canary in summary.canaries:

@@ -23,7 +23,7 @@ _BLOCK = tarfile.BLOCKSIZE
 
 
 class _Members:
-    """Reads the members of a tar archive in order; they may only be plain files without extended headers."""
+    """Reads the members of a tar archive in order. Each member must be a plain file without extended headers."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream

@@ -1,7 +1,7 @@
 """Limits the classes that a record of unknown origin can use, and the servers that it can contact.
 
-It can use classes of foundry, classes in folders that the user names with `--config-dir`, and classes of trusted
-packages. It can contact this machine and servers that the user has named.
+Such a record can use classes of foundry, classes in folders that the user names with `--config-dir`, and classes of
+trusted packages. The record can contact this machine and servers that the user has named.
 """
 
 import importlib
@@ -33,26 +33,26 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "fork": (object, ("foundry.prompts",)),
     "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),
 }
-"""For each part of a configuration, its base class, and the modules whose classes it may contain at any depth."""
+"""The base class of each part of a configuration, and the modules whose classes this part may contain."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
 """The modules of scripted policies and their parts, such as faults, which are harmless."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 HOSTED = "https://api.openai.com/v1"
-"""The server that gets `OPENAI_API_KEY` unless another server is named."""
+"""The server that gets `OPENAI_API_KEY` if the user names no other server."""
 VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
-"""The settings that contain addresses, and for each the environment variable by which users name the same address."""
+"""The settings that contain an address, each with the environment variable that can name the same address."""
 
 
 def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
-    """Raise an error if a recorded sweep names a class that it must not use."""
+    """Raise an error if a recorded sweep names a class that a record of unknown origin must not use."""
     for number, condition in enumerate(sweep.conditions, start=1):
         check_targets(condition.config, trusted, f"condition {number}")
     check_targets({"runner": settings.get("runner", {})}, trusted, "the settings")
 
 
 def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str) -> None:
-    """Raise an error if a recorded configuration names a class that it must not use; the error begins with `where`."""
+    """Raise an error if a recorded configuration names a forbidden class; the error begins with `where`."""
     trusted = (*trusted, *filter(None, os.environ.get(VARIABLE, "").split(",")))
     for path, value in _entries(config, ()):
         if path[-1] in HYDRAS_OWN and not trusted:
@@ -88,7 +88,7 @@ def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
 
 
 def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
-    """Return the reason why a target must not be built as a `kind` from these packages; "" if it may be built."""
+    """Return the reason why a recorded `_target_` is refused; "" if it is a `kind` from these packages."""
     own = own_code.own_class(target) if isinstance(target, str) else None
     now = present(target)
     if own is None and not _is_within(now, PACKAGES):
@@ -124,7 +124,7 @@ def check_models(
     typed: Sequence[str] = (),
     recorded: Iterable[Mapping[str, Any]] | None = None,
 ) -> None:
-    """Raise an error if a key in the environment would be sent to a server that only a record names.
+    """Raise an error if foundry would send a key from the environment to a server that the user has not named.
 
     Args:
         models: configurations of the models that will be built.
@@ -154,9 +154,9 @@ def check_settings(settings: Mapping[str, Any]) -> None:
             if not isinstance(value, str) or "://" not in value or _is_local(value):
                 continue
             if variable is None or os.environ.get(variable) != value:
-                way_on = f"set {variable} to the same, or " if variable else ""
+                way_on = f"set {variable} to it, or " if variable else ""
                 raise InputError(
-                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}). If that is yours, "
+                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}). If this address is yours, "
                     f"{way_on}allow it with --trust-servers."
                 )
 
@@ -188,7 +188,7 @@ def _urls(base_url: str | Sequence[str]) -> list[str]:
 
 
 def _is_local(url: str) -> bool:
-    """Return whether an address belongs to this machine, or is that of a file."""
+    """Return whether an address belongs to this machine, or names a file."""
     try:
         parts = urlsplit(url if "://" in url else f"//{url}")
         if parts.query or parts.hostname is None:

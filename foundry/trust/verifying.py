@@ -45,9 +45,9 @@ from foundry.trust.summaries import (
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
-"""Errors that end a run after its last step, because other weights may have answered."""
+"""Errors that a run can have after its last step: other weights may have answered in it."""
 _CHUNKS = 8
-"""Number of portions of runs for each worker."""
+"""Mean number of portions of runs that a worker gets."""
 
 
 class Verdict(StrEnum):
@@ -112,13 +112,13 @@ class Comparer:
                 self._compare_line(record.stream, _ENCODE(record))
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Count the calls, which the asker has already compared."""
+        """Count the calls and their tokens; the asker has already compared their content."""
         for call in calls:
             self.counts.calls += 1
             self.counts.add_tokens(call)
 
     def frame(self, step: int, png: bytes) -> None:
-        """Compare a picture of the state after a step."""
+        """Compare a picture of the state after a step with the stored picture."""
         self._compare_file(frame_name(step), png)
 
     def check_end(self) -> None:
@@ -138,7 +138,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines only differ in the renderer; then they count as equal if the pictures are equal."""
+        """Return whether two lines differ only in the renderer. Such lines count as equal if the pictures are equal."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None
@@ -209,14 +209,14 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         verified = _departed(run, summary, departed.difference, comparer.compared, asker.used)
         return _drawn(run, verified, comparer.renderers, scenario, config)
     drew = comparer.renderers
-    note = note or (f"was drawn by {drew.then}, with the same pixels as by {drew.now} here" if drew else "")
+    note = note or (f"was drawn by {drew.then}. Here, {drew.now} draws the same pixels" if drew else "")
     return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
 
 
 def _drawn(
     run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
-    """Return the result for a run that differs, with another verdict if only its renderer differs."""
+    """Return the result for a run that differs; the verdict says if only the renderer is another one."""
     if drew is None or found.difference is None or not is_of_pictures(found.difference):
         return found
     questions = scenario.start(config["seed"]).pending()
@@ -227,7 +227,7 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return the result for a run that differs, with another verdict if another version read its replies."""
+    """Return the result for a run that differs; the verdict says if another version of foundry read its replies."""
     readers = _other_readers(summary)
     may_follow = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # from another reading of replies
     if not readers or difference.file not in may_follow:
@@ -318,7 +318,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 
 
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
-    """Return the first value in a line that differs, or the whole line if it is missing or not JSON."""
+    """Return the first difference of two lines, or both whole lines if the recorded line is missing or not JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
     difference = None

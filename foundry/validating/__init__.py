@@ -1,1 +1,1 @@
-"""Runs scripted policies with known analytic results, and compares."""
+"""Runs scripted policies, and compares their results with the values that formulas give."""

@@ -79,7 +79,7 @@ def test_what_is_taken_of_a_recorded_run_does_not_tell_how_its_calls_were_sent(t
     assert Past.of(run) == Past(3, [call(1, agent, text=HELLO) for agent in (0, 1)])
 
 
-OTHERWISE = "belongs to runs with other answers"
+OTHERWISE = "was drawn from runs with other answers"
 
 
 @pytest.mark.parametrize(

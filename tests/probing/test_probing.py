@@ -279,7 +279,8 @@ def test_a_plan_counts_the_calls_that_the_probe_then_makes(pilot: Path, tmp_path
     planned = {edit: (int(moments), conditions, int(calls)) for edit, moments, conditions, calls in rows[1:4]}
     assert planned == {edit: (calls // 4, "2", calls) for edit, calls in made.items()}
     assert made["no_fire"] < made["none"] == made["mirror"] == 80
-    assert f"at most 240 calls, fewer where an edit changes nothing; with these edits, calls: {made.total()}" in told
+    fewer = "fewer if an edit does not change every moment"
+    assert f"at most 240 calls, {fewer}; with these edits, calls: {made.total()}" in told
 
 
 def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):

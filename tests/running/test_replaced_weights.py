@@ -98,8 +98,8 @@ def test_a_sweep_whose_weights_changed_is_told_of_everywhere_and_mended_when_the
         refused = foundry("resume", "sweep", cwd=tmp_path)
         assert refused.returncode == 2
         assert one_line(refused).endswith(
-            "changed since this sweep began (digest d4d4d4d4d4d4 then, ffffffffffff now). Restore the first one and "
-            "try again, or start a new sweep in another output.dir."
+            "changed since this sweep began (digest d4d4d4d4d4d4 then, ffffffffffff now). Restore the first weights "
+            "and try again, or start a new sweep in another output.dir."
         )
         examined = foundry(
             "doctor", *SWEEP, "output.dir=sweep", "--no-calls", "--json", cwd=tmp_path, OLLAMA_HOST=server.url

@@ -168,7 +168,7 @@ def test_a_sweep_goes_on_only_with_weights_that_are_not_known_to_be_others(
     SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [{"name": "a", "digest": then, "server_version": None}])
     models = [{"name": name, "digest": digest, "server_version": None} for name, digest in (("a", now), ("b", "f"))]
     same = None in (then, now) or then == now
-    told = r"\(digest d{12} then, e{12} now\). Restore the first one"
+    told = r"\(digest d{12} then, e{12} now\). Restore the first weights"
     with nullcontext() if same else pytest.raises(InputError, match=told):
         SweepFolder.create(tmp_path / "s", sweep(condition("b")), {}, models)
     assert len(SweepFolder.open(tmp_path / "s").runs()) == (4 if same else 2)

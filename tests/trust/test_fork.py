@@ -68,7 +68,8 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
     base = ("fork", str(origin.path), "--at", "3", "model=scripted/avoid")
     succeeds(*base, fire % 3, *QUIET, cwd=tmp_path)
     assert b'"fires":["late"]' in runs(tmp_path / "out")[0].steps_bytes()
-    assert "change the past, at step 2" in refusal(*base, fire % 2, "analyze=false", "output.dir=other", cwd=tmp_path)
+    refused = refusal(*base, fire % 2, "analyze=false", "output.dir=other", cwd=tmp_path)
+    assert "change steps before the fork: at step 2" in refused
 
 
 @pytest.mark.parametrize(
@@ -76,13 +77,15 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
     [
         (("--at", "9"), "has 4 steps, so use a step from 2 to 5"),
         (("--at", "1"), "use a step from 2 to 5"),
-        (("--at", "5"), "the episode ends after 4 steps: raise world.steps"),
+        (("--at", "5"), "the fork would end after 4 steps. Raise world.steps"),
         (("--at", "3", "seed=4"), "keeps the seed of its run"),
         (("--at", "3", "world.agents=5"), "agents.jsonl has 4 lines"),
-        (("--at", "3", "world.half_size=20"), "change the past, at step 1"),
+        (("--at", "3", "world.half_size=20"), "change steps before the fork: at step 1"),
         (("--at", "3", "modl=x"), "Did you mean 'model'"),
         pytest.param(
-            ("--at", "3", "world=gallery"), "These overrides change the past, at step 1", marks=pytest.mark.exhaustive
+            ("--at", "3", "world=gallery"),
+            "These overrides change steps before the fork: at step 1",
+            marks=pytest.mark.exhaustive,
         ),
     ],
 )
@@ -121,11 +124,12 @@ def test_a_question_that_was_not_asked_ends_the_run_and_is_named(grid_sweep: Pat
     longer = (f"model=replay/{grid_sweep}@qwen3:4b", *SMALL, "world.steps=5", "output.dir=out")
     done = foundry(*longer, cwd=tmp_path)
     assert done.returncode == 3
-    assert "no answer to the message question of agent 0 at step 5" in done.stdout and "was not asked" in done.stdout
+    assert "no answer to the message question of agent 0 at step 5" in done.stdout
+    assert "no run asked this question" in done.stdout
     other = (f"model=replay/{grid_sweep}@qwen3:4b", *SMALL, "prompt=paraphrase", "output.dir=other")
     done = foundry(*other, cwd=tmp_path)
     assert done.returncode == 3 and statuses(tmp_path / "other") == ["failed"]
-    assert f"in run {run_of(grid_sweep, 'qwen3:4b').id} it was asked in other words" in done.stdout
+    assert f"run {run_of(grid_sweep, 'qwen3:4b').id} asked this question in other words" in done.stdout
 
 
 def test_a_question_with_two_answers_is_refused_unless_a_run_is_named(grid_sweep: Path, copied: Path, tmp_path: Path):
@@ -136,7 +140,7 @@ def test_a_question_with_two_answers_is_refused_unless_a_run_is_named(grid_sweep
     forged = [msgspec.structs.replace(calls[0], text="something else"), *calls[1:]]
     (second.path / "calls.jsonl.zst").write_bytes(calls_bytes(forged))
     done = foundry(f"model=replay/{copied}", *SMALL, "output.dir=a", cwd=tmp_path)
-    assert done.returncode == 3 and "in different ways" in done.stdout
+    assert done.returncode == 3 and "has different answers to" in done.stdout
     succeeds(f"model=replay/{copied}", f"model.of={first.id}", *SMALL, "output.dir=b", cwd=tmp_path)
     assert runs(tmp_path / "b")[0].steps_bytes() == first.steps_bytes()
 

@@ -212,7 +212,7 @@ def test_another_form_than_a_shipped_class_has_is_refused_before_anything_is_rea
     for command in ("status", "verify", "resume", "analyze", "report"):
         line = refusal(command, "copy", cwd=tmp_path)
         assert (
-            "its form is 'camera', but the records of foundry.worlds.grid.grid_world.GridScenario have the form" in line
+            "the form is 'camera', but the records of foundry.worlds.grid.grid_world.GridScenario have the form" in line
         )
 
 

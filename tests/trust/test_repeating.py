@@ -62,8 +62,8 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
         done = swept(server, tmp_path, FOUR)
     (found,) = measured(tmp_path)
     assert found.exact and found.alone == found.loaded and str(found.loaded.texts) == "4 of 4"
-    said = f"llama3.2: same text in 4 of 4 calls alone, in 4 of 4 with {found.at_once} at once; "
-    assert said + "same decision in 2 of 2 and 2 of 2\n" in done.stdout
+    said = f"llama3.2: same text in 4 of 4 calls alone, and in 4 of 4 calls with {found.at_once} at once; "
+    assert said + "same decision in 2 of 2 calls alone, and in 2 of 2 at once\n" in done.stdout
     assert said in foundry("status", "sweep", cwd=tmp_path).stdout
     succeeds("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path)
     succeeds("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path)

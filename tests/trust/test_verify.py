@@ -151,9 +151,9 @@ def test_a_3d_run_that_another_renderer_drew_is_told_from_one_that_was_changed(
         return done.stdout
 
     same = verified(0)
-    assert "1 identical" in same and "was drawn by another " in same and "with the same pixels as by " in same
+    assert "1 identical" in same and "was drawn by another " in same and " draws the same pixels" in same
     close = verified(1)
-    assert "1 runs: 1 drawn by another renderer" in close and "the content of its first picture is the same" in close
+    assert "1 runs: 1 drawn by another renderer" in close and "the first picture shows the same content" in close
     assert "1 runs: 1 differs" in verified(4), "the picture is beyond the tolerance"
     shutil.rmtree(run.path / "images")
     assert "no picture was recorded, so nobody can tell whether the content is the same" in verified(4)
