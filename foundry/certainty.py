@@ -3,8 +3,8 @@
 Servers of llama.cpp, vLLM and Ollama report the model's log-probabilities before temperature, filters and grammar. A
 The class
 `Sampling` converts log-probabilities to the probabilities of decisions. A server may filter tokens before or after it
-applies the temperature, and may have filters that no request named. foundry computes each of these cases; their
-differences are a part of the error.
+applies the temperature, and may have filters that no request named. foundry computes the probabilities for
+each such way to filter; the differences between the ways are a part of the error.
 """
 
 import math
@@ -45,7 +45,7 @@ class Sampling:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> "Sampling | None":
-        """Return how a call draws tokens, by its recorded parameters; None if this cannot be computed."""
+        """Return how a server draws tokens with these parameters of a call; None if foundry cannot compute it."""
         options = {**parameters, **(parameters.get("options") or {})}
         temperature = options.get("temperature")
         is_neutral = all(options.get(name) in (None, value) for name, value in NEUTRAL.items())
@@ -69,9 +69,9 @@ class Sampling:
                 yield dict(zip(names, chances, strict=False))
 
     def _tempered(self, chances: Sequence[float]) -> list[float]:
-        """Apply the temperature; the last value is the sum of all unreported tokens.
+        """Apply the temperature to probabilities; the last of these is the sum over all unreported tokens.
 
-        No unreported token is likelier than the last reported token, so the result for this sum is an upper bound.
+        No unreported token is likelier than the last reported token. So the last result is an upper bound.
         """
         *told, rest = chances
         if not self.temperature:
@@ -83,7 +83,7 @@ class Sampling:
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
-    """Set the probabilities of filtered tokens to 0. The likeliest token is first; all unreported tokens are last."""
+    """Set the probabilities of filtered tokens to 0. The last value in `chances` is the sum over unreported tokens."""
     *told, rest = chances
     if 0 < filters["top_k"] <= len(told):
         told, rest = told[: int(filters["top_k"])], 0.0
@@ -179,7 +179,7 @@ def _certainty_at(
 def foreseen(
     text: str, tokens: Sequence[TokenLogprobs], decided: str, labels: Sequence[str], sampling: Sampling | None
 ) -> Certainty | None:
-    """Compute from one reply how often a model would give each decision; None if that is too uncertain.
+    """Compute from one reply how often a model would give each decision; return None if that is too uncertain.
 
     The text before the decision must be almost certain: after random words, such as a reason, the probabilities hold
     only for these words. The error of the result holds for all replies.
@@ -199,7 +199,7 @@ def foreseen(
 
 
 def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:
-    """Return the index of the token with a decision's first character, and the text of this token before it.
+    """Return the index of the token in which a decision begins, and the text of this token before the decision.
 
     The decision must occur in the text exactly once.
     """

@@ -1,8 +1,8 @@
 """The loop that plays every world: ask all pending questions at once, let the world advance, store the records.
 
 Some worlds know early which questions an agent will get next. If replies take time, foundry asks such
-an agent at once, without waiting for the slowest reply of the round. Early questions do not change the records,
-because foundry records whole rounds in order.
+an agent at once, without waiting for the slowest reply of the round. Early questions do not change the records:
+foundry still records one whole round after another.
 """
 
 import asyncio
@@ -216,7 +216,7 @@ class _AskedAhead:
             await asyncio.gather(*self._awaited, return_exceptions=True)
 
     def _ask(self) -> None:
-        """Ask all questions that are known now. A failed call ends the run at its step: then ask no later ones."""
+        """Ask all questions that are known now. After a failed call, ask no question about a later step."""
         last = min((step for step, _, _ in self._failed), default=None)
         questions = [question for question in self._ahead.ready() if last is None or question.step <= last]
         requests = [request for question in questions if (request := self._request(question)) is not None]

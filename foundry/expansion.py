@@ -19,7 +19,7 @@ FORMAT, DEFAULT_SPACE = "format", "spread"
 """The setting `format`, and the space of formats for a number without a space: `format=3` means `format=spread/3`."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
-"""The keys of a configuration that define a run. `model.server` does not: it only says how to reach a model."""
+"""The keys of a configuration that define a run, without `model.server`: that key only says how to reach a model."""
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
@@ -110,7 +110,7 @@ def expand_ranges(override: str) -> str:
 
 
 def named_formats(override: str) -> str:
-    """Put the space before each number of a format: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
+    """Put the default space before each number: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
     key, equals, value = override.partition("=")
     if not equals or key != FORMAT:
         return override
@@ -249,7 +249,7 @@ def loaded_key(model: Mapping[str, Any]) -> str:
 
 
 def sent_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is the same for models that send equal calls; `schemas` counts only with a `format`."""
+    """Return a text that is the same for models that send equal calls; `schemas` only counts if `format` is set."""
     return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
 
 

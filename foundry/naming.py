@@ -64,7 +64,7 @@ _MODULES: Mapping[str, str] = {
         for room in ("following", "probing")
     },
 }
-"""The current path of each module whose classes all moved, by its former path."""
+"""The current path of each module that moved with all its classes, by the module's former path."""
 _FIRST = {now: first for first, now in MOVED.items()}
 _FIRST_MODULES = {now: first for first, now in _MODULES.items()}
 

@@ -21,9 +21,9 @@ from types import ModuleType
 from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
-"""The environment variable that tells subprocesses of a command the folders with the user's own code."""
+"""The environment variable that lists the folders with the user's own code, for the subprocesses of a command."""
 CONFIG_DIR = ("-cd", "--config-dir")
-"""The flags that name your own folder."""
+"""The flags with which a user names a folder with code or settings of the user."""
 _ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -93,7 +93,7 @@ def own_folders() -> tuple[Path, ...]:
 
 @dataclass(frozen=True)
 class OwnModule:
-    """A module of your own.
+    """A module with the user's own code.
 
     Attributes:
         origin: its file or its package, for messages.

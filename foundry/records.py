@@ -17,7 +17,7 @@ NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class Outcome(StrEnum):
-    """The outcome of a model call. After any outcome but `chosen` and `repaired`, the agent stays where it is."""
+    """The outcome of a model call. Unless the outcome is `chosen` or `repaired`, the agent stays where it is."""
 
     CHOSEN = "chosen"  # parsed as requested
     REPAIRED = "repaired"  # found by the fallback parser
@@ -125,7 +125,7 @@ class RoundStep(Record, frozen=True, kw_only=True):
 
 
 SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""Names of choices: the agent sends a message, the agent sends none, or the reply is unreadable."""
+"""Three choices: the agent sends a message, the agent sends no message, or its reply is unreadable."""
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
@@ -193,7 +193,7 @@ class GridStep(Record, frozen=True, kw_only=True):
         return (self.direction or self.action) if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
 
     def tally(self, counts: Counts) -> None:
-        """Count the step and its two outcomes: of the decision and of the message."""
+        """Count the step and two outcomes: of the reply with the decision, and of the reply with the message."""
         counts.steps += 1
         _increment(counts.outcomes, self.outcome)
         _increment(counts.message_outcomes, self.message_outcome)
@@ -231,7 +231,7 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""The kinds of command in a 3D world. A walk decides the kind, else a turn, else the gaze; no motion is "stay"."""
+"""The kinds of command in a 3D world. If a command has several parts, the walk decides, then the turn."""
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 

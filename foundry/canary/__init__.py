@@ -25,24 +25,25 @@ LIKELIEST = 5
 PLACES = 4
 """Number of first tokens of a reply whose log-probabilities are compared."""
 MARK = "~"
-"""The sign between a digest and the mark of later weights; the mark gives their answers other keys in the cache."""
+"""If a server changes its weights but not its digest, foundry adds this sign and a mark of the new weights to it."""
 DIGITS = 4
 """Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
 """Two thresholds of the mean difference of log-probabilities between two canaries.
 
-Up to the first threshold, the weights count as the same; above the second, as different.
+Up to the first threshold, the weights count as the same; above the second threshold, as different.
 """
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
 """Two thresholds of the share of the likeliest tokens that two canaries have in common.
 
-From the first threshold on, the weights count as the same; below the second, as different.
+From the first threshold on, the weights count as the same; below the second threshold, as different.
 """
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
 """Two thresholds of the share of a text before its first difference from another text.
 
-They are for servers without log-probabilities. From the first threshold on, the weights count as the same; below the
-second, as different. `benchmarks/bench_llama.py` measures these six thresholds; docs/models.md shows the results.
+These thresholds are for servers without log-probabilities. From the first threshold on, the weights count as the same;
+below the second threshold, as different. The script `benchmarks/bench_llama.py` measures all six thresholds;
+docs/models.md shows the results.
 """
 
 

@@ -52,7 +52,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LabelDesk:
-    """The texts of a sample and the labels of all people. Several threads may call its methods at the same time.
+    """The texts of a sample and the labels of all people. Threads may share one desk.
 
     A person's next text is one of the texts that the fewest other people have labelled or see now. Among these, each
     person has a separate order, which takes one text of every stratum in turn. So two people begin with different
@@ -74,7 +74,7 @@ class LabelDesk:
         self._same = {item: items for items in same.values() for item in items}
 
     def place(self, person: str) -> Place:
-        """Return how far a person has got, with the text to label now."""
+        """Return how many texts a person has labelled, and the text to label now."""
         with self._lock:
             return self._place(person)
 
@@ -128,7 +128,6 @@ class LabelDesk:
         )
 
     def _next(self, person: str) -> str | None:
-        """Return the next text that a person should label, or None if there is none."""
         mine = self._labels[person]
         others = Counter(item for name, labels in self._labels.items() if name != person for item in labels)
         others.update(item for name, (item, _) in self._now.items() if name != person)
@@ -137,7 +136,7 @@ class LabelDesk:
         return min(left, key=lambda item: (others[item], order[item]), default=None)
 
     def order(self, person: str) -> list[str]:
-        """Return all texts in one person's order: the strata take turns, and each gives its texts in a random order."""
+        """Return all texts in one person's order: one text of each stratum in turn, at random within each stratum."""
         drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
         ranks: Counter[int] = Counter()
         rounds: dict[str, tuple[int, bytes]] = {}

@@ -1,8 +1,8 @@
 """The labels of a sweep in `labels/<label>/`: a file for the sample, one for each person, and one for each model.
 
 Each label of a person becomes a line of the person's file. The line is on the disk before the page confirms the label,
-and a later line about the same text replaces an earlier one. Because of these files, several people can label at the
-same time, and a crash loses no label.
+and a later line about the same text replaces an earlier one. Because each person has a file, several people can label
+at the same time; because each label is on the disk, a crash loses none.
 """
 
 import hashlib

@@ -27,7 +27,7 @@ _RECORDED = "recorded"
 
 @dataclass(frozen=True)
 class Item:
-    """A text and its origin.
+    """A text to label, with its place in a sweep.
 
     Attributes:
         step: 1-based step.
@@ -56,12 +56,12 @@ class Item:
 
     @property
     def content(self) -> bytes:
-        """The text and its context, as bytes; two texts with equal bytes get equal labels."""
+        """The text and its shown context as bytes. Two texts with equal bytes get equal labels."""
         return content_of(self.text, self.context)
 
 
 def content_of(text: str, context: Context) -> bytes:
-    """Return a text and the context that a labeller sees, as bytes to compare."""
+    """Return a text, and the part of its context that a labeller sees, as bytes for comparisons."""
     shown = {key: value for key, value in context.items() if key != _RECORDED}
     return msgspec.json.encode((text, shown), order="sorted")
 

@@ -19,7 +19,7 @@ _EXCERPT = 60
 _SIGNS = " \t\r\n\"'*_`#([{.!)]}"
 
 Texts = Sequence[tuple[str, Context]]
-"""Texts with their contexts."""
+"""Texts to label, each with its context."""
 
 
 def steady(config: Mapping[str, Any]) -> dict[str, Any]:

@@ -81,7 +81,7 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def stratum_of(label: Label, text: str, context: Context) -> str:
-    """Return a text's stratum: the result of the rule, `near` if this may be wrong, or `rest` without a rule."""
+    """Return the stratum of a text: the rule's result, `near` if that result may be wrong, `rest` without a rule."""
     rule, near = _functions(label)
     if rule is None:
         return REST

@@ -1,4 +1,4 @@
-"""Composes a probe from recorded sweeps and a command line: which models, prompts and edits are asked where."""
+"""Composes a probe from recorded sweeps and a command line: its moments, models, prompts and edits."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -239,7 +239,7 @@ def _condition(
 
 
 def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the setting `sampling` if the log-probabilities of this model can replace repeats; else nothing."""
+    """Return the setting `sampling` if this model's log-probabilities can replace repeated calls; else nothing."""
     options = {**(model.get("options") or {}), **(model.get("extra") or {})}
     named = {key: options[key] for key in ("temperature", *OPEN, *NEUTRAL) if options.get(key) is not None}
     return {"sampling": named} if model.get("logprobs") and Sampling.of(named) else {}
@@ -247,7 +247,7 @@ def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Planned:
-    """The numbers of moments, conditions and calls of one edit in a probe.
+    """The numbers of moments, conditions and calls that a probe plans for one edit.
 
     Attributes:
         moments: number of moments that the edit changes.

@@ -111,7 +111,7 @@ def drawn(
 def _of_run(
     rng: Generator, moments: Iterable[Moment], window: int, strata: Mapping[Moment, Strata]
 ) -> dict[_Stratum, dict[int, list[Moment]]]:
-    """Draw one moment of each agent in each window of steps; return the moments by stratum and window.
+    """Draw one moment of each agent in each window of steps; return these moments by stratum and window.
 
     The kind of the question is drawn first, then the stratum, then the moment.
     """
@@ -134,13 +134,13 @@ def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
 
 
 def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
-    """Yield moments: the strata take turns; within a stratum, its windows of steps take turns."""
+    """Yield one moment of each stratum in turn; within a stratum, take one of each window of steps in turn."""
     queues = [_in_turns(list(strata[one].values()), rng) for one in sorted(strata)]
     return _round_robin([queues[place] for place in rng.permutation(len(queues))])
 
 
 def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield moments: the groups take turns, and each group gives its moments in a random order."""
+    """Yield one moment of each group in turn; the order within a group is random."""
     shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 

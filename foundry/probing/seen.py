@@ -54,7 +54,7 @@ class EditSeen(msgspec.Struct, frozen=True):
 
 
 class Overview(msgspec.Struct, frozen=True):
-    """A probe as a list of moments.
+    """The moments of a probe, and the models, edits and formats that were asked in them.
 
     Attributes:
         models: names of the models in its tables, in the order of its runs.
@@ -105,7 +105,7 @@ class Perceived(msgspec.Struct, frozen=True):
 
 
 class Seen(msgspec.Struct, frozen=True):
-    """One moment in full.
+    """All that a page shows about one moment.
 
     Attributes:
         form: form of the world's records; "" if the world cannot be built.
@@ -232,7 +232,7 @@ class SeenProbe:
         return Seen(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return an image that an agent sees under an edit. A question without images gives a picture of the world.
+        """Return an image that an agent sees under an edit. If the question has none, draw the world instead.
 
         Raises:
             InputError: there is no such image, or the world must not be built, because its code is not trusted.

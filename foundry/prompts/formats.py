@@ -106,7 +106,7 @@ class Format:
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Replace words in the source of a template as this format says, and mark the parts that it may change."""
+        """Replace the words in a template's source that this format replaces, and mark all parts that it may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
@@ -189,7 +189,7 @@ def _line_marked(line: str) -> str:
 
 
 def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield groups of labels, or of items, between which there are only blanks; a heading is a group alone."""
+    """Yield each heading alone. Labels with only blanks between them form one group, and so do items of a list."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in found:

@@ -36,7 +36,7 @@ _QUOTED = re.compile(r"'([^']*)'")
 
 
 class PromptEnvironment(ImmutableSandboxedEnvironment):
-    """Reads `a.b` as the key `b` of the dict `a`, never as a method. So a key can have a name such as `items`."""
+    """In a template, `a.b` means the key `b` of the dict `a`, never a method. So a key may be named `items`."""
 
     def getattr(self, obj: Any, attribute: str) -> Any:
         """Return the value of a key of a dict; for other objects, the attribute that the sandbox allows."""
@@ -49,7 +49,7 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 @cache
 def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnvironment:
-    """Return an environment that applies the function `finalize` to each value in a template.
+    """Return an environment that applies the function `finalize` to each value that a template inserts.
 
     It adds two filters: `values`, the values of a dict, and `flat(n)`, a text in one line of at most n characters.
     """

@@ -82,7 +82,7 @@ def served_by_others(model: Model) -> list[Model]:
 
 
 def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
-    """Yield the facts about a model, or about each of its members in their order."""
+    """Yield the information about a model, or about each member of a population in order."""
     if not info.members:
         yield info
     for member in info.members:
@@ -92,7 +92,7 @@ def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
 def _stacked(
     model: Model, answers: Callable[[], Answers], info: ModelInfo | None, limit: Callable[[InFlight], Limit]
 ) -> Model:
-    """Wrap a model that costs something with a cache, a warm-up, a limit, retries and a check of its weights."""
+    """Add a cache, a warm-up, a limit on calls, retries and a check of the weights to a model that costs something."""
     if not model.costs:
         return model
     serving = serving_of(model)

@@ -38,7 +38,7 @@ class WorkersLost(FoundryError):
 
 @dataclass(frozen=True)
 class Site:
-    """The facts that a worker of the cluster reports.
+    """The software, host and files of a worker of the cluster.
 
     Attributes:
         versions: versions of foundry, Python and all packages that can change a record.
@@ -69,7 +69,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
             await asyncio.sleep(0.01)
 
     def retrieve_result_callback(self, out: Any) -> Any:
-        """Return the result of a task."""
+        """Return the result of a task, or raise the error by which it lost its workers."""
         if isinstance(out, WorkersLost):
             raise out
         return super().retrieve_result_callback(out)
@@ -96,7 +96,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
-    """Ask every worker for its versions and its host, and whether it sees a file; return the answers by address."""
+    """Ask every worker for its versions, its host and whether it sees a file; return the answers by worker address."""
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
         shown = without_secrets(address)
@@ -162,7 +162,7 @@ class DaskRunner(Runner):
         remote: str | None = None,
         ahead: bool = True,
     ) -> None:
-        """Set the settings; `conf/runner/dask.yaml` explains them."""
+        """Store the settings that `conf/runner/dask.yaml` explains."""
         super().__init__(open_runs, ahead)
         if "://" not in address:
             raise InputError(f"runner.address={address} lacks a protocol. Write, for example, tcp://{address}.")
@@ -203,7 +203,7 @@ class DaskRunner(Runner):
     def _play_remotely(
         self, client: Any, job: SweepJob, remote: RemoteRuns, runs: Sequence[RunFolder], number: int
     ) -> None:
-        """Give each worker its own chunks of runs, because locks need a shared folder; fetch the played runs."""
+        """Give each worker chunks of runs that no other worker gets, and fetch the played runs from the URL."""
         spec = self.spec(job, runs, number)
         workers = self._size(client, runs)
 
@@ -220,7 +220,7 @@ class DaskRunner(Runner):
         raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _outlive(self, client: Any, attempt: Callable[[], str | None], runs: Sequence[RunFolder]) -> str | None:
-        """Repeat tasks whose workers died, until an attempt ends no more runs."""
+        """Repeat the tasks of dead workers, as long as each attempt brings some runs to their end."""
         while True:
             ended = sum(run.ended for run in runs)
             try:

@@ -206,7 +206,7 @@ class Lane:
                 await model.close()
 
     def _exchange(self) -> None:
-        """Update the limits if the reports of the other workers were read since the last update."""
+        """Update the limits on calls if this worker has read other workers' reports since the last update."""
         reports, self._heard = self._heard, None
         if reports is not None:
             self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
@@ -253,7 +253,7 @@ class Lane:
             self._exchange()
 
     def _open_runs(self, least: int) -> int:
-        """Return how many runs to play at once: `least`; if `least` is above 1 and a server has room, more."""
+        """Return how many runs to play at once: `least`, or more if `least` is above 1 and a server has room."""
         return least if least == 1 else max(least, min(MOST_OPEN, least + self._more))
 
     async def _settle(self, folder: RunFolder) -> bool:

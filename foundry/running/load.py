@@ -16,7 +16,7 @@ ALONE = 4
 
 @dataclass(frozen=True)
 class Timed:
-    """A reply, with the times when its server began and finished it, seconds by this machine's clock."""
+    """A reply, and the times at which the server began and ended its work on it, seconds by this machine's clock."""
 
     reply: Reply
     began: float
@@ -34,7 +34,7 @@ async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
 
 
 async def _timed(model: Model, request: Request) -> Timed:
-    """Send a request and take the time; if the server reports its working time, that time counts."""
+    """Send a request and measure its time. If the server reports how long it worked, this report counts."""
     sent = time.perf_counter()
     reply = await model.ask(request)
     ended = time.perf_counter()
@@ -44,7 +44,7 @@ async def _timed(model: Model, request: Request) -> Timed:
 
 @dataclass(frozen=True)
 class LoadResult:
-    """The results of the measurement.
+    """The measured behaviour of a server, for calls one by one and all at once.
 
     Attributes:
         slots: number of calls that the server processed at once; None if this machine was too slow to measure it.
@@ -97,7 +97,7 @@ async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
 def busy_s(ends: Sequence[float], slots: int) -> float:
     """Return the mean time in which a slot of a server was busy, seconds.
 
-    With n slots, this is the mean end of the n last calls: when the very last call ends, the other slots are idle.
+    For n slots, this is the mean end of the last n calls. When the very last call ends, the other slots are idle.
 
     Args:
         ends: time from the start of all calls to the end of each call, seconds.
@@ -112,13 +112,13 @@ def _mean(counts: Sequence[int | None]) -> float | None:
 
 
 def _is_late(burst: Sequence[Timed]) -> bool:
-    """Return whether the median reply spent more time on the network than at its server, with waiting there."""
+    """Return whether the median reply spent more time on the network than at its server, where it may have waited."""
     timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
     return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls a server worked on at once, from its times; without these, from the speed-up together."""
+    """Return how many calls a server worked on at once. If it reports no times, compute this from the speed-up."""
     if not any("output" in one.reply.timings for one in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.

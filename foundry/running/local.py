@@ -41,7 +41,7 @@ def new_session() -> str:
 
 @dataclass(frozen=True)
 class SweepJob:
-    """The folder of the sweep to run, and the settings for its workers.
+    """A sweep to run: its folder, its models, and the settings of its workers.
 
     Attributes:
         infos: facts about each model from its server, by `expansion.settings_key`.
@@ -131,7 +131,7 @@ class LocalRunner(Runner):
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-        """Yield the function that plays a phase. There is nothing to check: each phase starts its own processes."""
+        """Yield the function that plays a phase; each phase starts processes of its own on this machine."""
         yield functools.partial(self._play, job)
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:

@@ -11,13 +11,13 @@ from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
 
 LEAST_WINDOW = 20
-"""Least number of calls from which a speed is computed, because replies differ in length and come in bursts."""
+"""A speed is computed from at least this number of calls, because replies differ in length and come in bursts."""
 REMEMBERED = 0.5
-"""Share of the calls so far from which a speed is computed, if this share is more than LEAST_WINDOW calls."""
+"""A speed is computed from this share of the calls so far, or from LEAST_WINDOW calls if that is more."""
 FINENESS = 100
 """Approximate number of points in time for which a count is remembered."""
 LEAST_S = 3.0
-"""Least time from which a speed is computed, seconds."""
+"""A speed is computed from at least this time, seconds."""
 
 
 def most_calls(runs: Iterable[RunFolder]) -> dict[int, int]:
@@ -109,7 +109,7 @@ class Totals(Tally):
 
     @property
     def _length(self) -> float:
-        """Share of the possible calls that ended runs have made."""
+        """Number of calls that ended runs made, as a share of their maximum number of calls."""
         return 1 - self.spared / self._ended_most if self._ended_most else 1.0
 
     def merge(self, report: Mapping[str, int]) -> None:
@@ -173,9 +173,9 @@ class SweepProgress:
 
 
 class Pace:
-    """The speed at which a count grows over its later half.
+    """The speed at which a count, such as the number of calls, has grown over its later half.
 
-    The time before the count first grows is left out, because a model may load then.
+    The time before the first growth is left out, because a model may load then.
     """
 
     def __init__(self) -> None:
@@ -184,7 +184,7 @@ class Pace:
         self._count = self._burst = 0
 
     def note(self, count: int, now: float) -> None:
-        """Record that the count has this value now, at the time `now`, seconds."""
+        """Note that the count is `count` at the time `now`, seconds."""
         self._now = now
         if count <= self._count:
             return
@@ -202,7 +202,7 @@ class Pace:
 
     @property
     def per_s(self) -> float | None:
-        """Mean growth of the count per second over the remembered times; None if it is too early to tell."""
+        """Mean growth of the count per second; None if it is too early to tell."""
         since, count = self._moments[0] if self._moments else (self._now, 0)
         return (self._count - count) / (self._now - since) if self._now - since >= LEAST_S else None
 
@@ -222,13 +222,13 @@ class Pace:
 
 
 class Speed:
-    """The speed at which a model answers; cached answers only count if there are no others."""
+    """The speed at which a model answers. Answers from the cache count only if no call has been sent."""
 
     def __init__(self) -> None:
         self._all, self._sent = Pace(), Pace()
 
     def note(self, totals: Totals, now: float) -> None:
-        """Record that a model has these totals at the time `now`, seconds."""
+        """Note the totals of a model at the time `now`, seconds."""
         self._all.note(totals.calls, now)
         self._sent.note(totals.sent, now)
 
@@ -251,7 +251,7 @@ class Speed:
 
 
 def left_s(speeds: Mapping[str, Speed], totals: Mapping[str, Totals], free: Collection[str]) -> dict[str, float]:
-    """Return for each model the seconds until all its runs have ended. A model is left out if it is too early to tell.
+    """Return for each model the seconds until all its runs have ended; leave out a model if it is too early to tell.
 
     A model that waits for its turn is assumed to be as fast as the models before it. Models in `free` take no time.
     """

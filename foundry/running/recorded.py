@@ -124,13 +124,13 @@ class Wording:
 
 
 def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return the prompts and seeds of a fork's questions before the step where it begins; [] if the run is no fork."""
+    """Return the prompts and seeds of the questions before the fork; [] if the run is no fork."""
     past = config["fork"]["past"] if "fork" in config else []
     return [Wording(part["before"], build(part["prompt"]), part["seed"]) for part in past]
 
 
 def wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return the prompts and seeds of a run's questions, in order of steps; only a fork has more than one of each."""
+    """Return all prompts and seeds of a run's questions, in order of steps; only a fork has several."""
     return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
 
 
@@ -245,7 +245,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run. In a fork, it takes the answers before the first step of the fork from the records."""
+    """Return the asker of a run. In a fork, the answers to earlier questions come from the records."""
     if "fork" not in config:
         return asker
     fork = config["fork"]

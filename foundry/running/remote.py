@@ -228,7 +228,7 @@ class RemoteRuns:
         self._runs = {run.id: run for run in folder.runs()}
 
     def begin(self) -> None:
-        """Send `sweep.yaml` to the URL, and fetch the runs that ended there in earlier sessions."""
+        """Send `sweep.yaml` to the URL, and fetch the runs that ended at the URL in earlier sessions."""
         if self._folder.scenes() or any("fork" in one.config for one in self._folder.sweep.conditions):
             raise InputError(
                 "Forks and the scenes of a bundle are read from the sweep's folder, so runner.remote cannot be used. "
@@ -264,7 +264,7 @@ class RemoteRuns:
 
 
 def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
-    """Play the runs of a chunk in a temporary folder, and send each run when it ends; skip runs complete at the URL."""
+    """Play the runs of a chunk in a temporary folder, and send each run when it ends. Skip runs that the URL has."""
     remote = RemoteSweep.open(chunk.url)
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:
@@ -292,7 +292,7 @@ def _play_and_send(
 
 
 def part_of(sweep: Sweep, runs: Sequence[Run]) -> Sweep:
-    """Return a sweep with only these of its runs, and only their conditions."""
+    """Return a sweep that has only the given runs and the conditions of these runs."""
     used = sorted({run.condition for run in runs})
     conditions = tuple(sweep.conditions[index] for index in used)
     placed = tuple(replace(run, condition=used.index(run.condition)) for run in runs)

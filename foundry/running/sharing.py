@@ -44,7 +44,7 @@ class Part(msgspec.Struct, frozen=True):
 
 
 Parts = dict[str, Part]
-"""Several reports: of one worker, with the servers as keys; or about one server, with the workers as keys."""
+"""Reports by key: a server if all are from one worker, or a worker if all are about one server."""
 
 
 class Group:
@@ -143,7 +143,7 @@ class Shared:
         return {key: self._part(key) for key in self._limits}
 
     def exchange(self, reports: Mapping[str, Any]) -> None:
-        """Update the limits from the other workers' reports, which `report` returned there (decoded from JSON)."""
+        """Update the limits from the reports of the other workers (results of `report`, decoded from JSON)."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
             parts = {worker: found[key] for worker, found in others.items() if key in found}
@@ -166,7 +166,7 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
-        """Find the limit of a server that only this worker calls. Begin at an earlier shared limit, if there is one."""
+        """Find the limit of a server that only this worker calls. An earlier shared limit, if any, is the beginning."""
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:

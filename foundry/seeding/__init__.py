@@ -1,7 +1,7 @@
 """Makes independent random streams, each with a name, from the one seed of a run.
 
 Every stream is a child of `numpy.random.SeedSequence(seed)`, with a spawn key made of the stream's name. Because
-of these keys, one more stream, or one more draw from a stream, never changes the numbers of other streams.
+of these keys, a new stream, or another draw from a stream, never changes the numbers of other streams.
 """
 
 import zlib

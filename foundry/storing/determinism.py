@@ -36,7 +36,7 @@ class Budget:
 
     @classmethod
     def of(cls, setting: int | str, calls: int, in_flight: int) -> "Budget":
-        """Return the number of calls to send; with `auto`, this is 2 % of the model's calls, but at least 4."""
+        """Return how many calls to repeat and to add as load. `auto` sends 2 % of the model's calls, but at least 4."""
         if isinstance(setting, int):
             again = min(setting, calls)
             return cls(again, min(in_flight, calls - again))
@@ -79,7 +79,7 @@ class Share(msgspec.Struct, frozen=True):
 
 
 class Score(msgspec.Struct, frozen=True):
-    """The share of equal texts, and the share of equal decisions among calls with a decision of their own."""
+    """The share of repeated calls with an equal text, and the share with an equal decision among calls that decide."""
 
     texts: Share
     decisions: Share
@@ -137,7 +137,7 @@ def _score(found: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return, by model name in tables, a remark with the smallest share of equal texts, if a server is not exact."""
+    """Return a remark for each model whose server repeats calls inexactly, by the model's name in tables."""
     least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
     worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}

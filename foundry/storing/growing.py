@@ -39,7 +39,7 @@ class Growth:
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
-        """Return the sweep with the recorded and the new runs; `when` is the time of the request (ISO 8601, UTC)."""
+        """Return the sweep with all runs, old and new. Its history gets the request with its time (ISO 8601, UTC)."""
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
@@ -154,7 +154,7 @@ def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
-    """Raise an error if settings now differ from the recorded ones in a setting that has one value in all runs."""
+    """Raise an error if a setting differs from the record, unless the sweep or the request has several values of it."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
     known = [_without(one, swept) for one in recorded]
     for one in (_without(one, swept) for one in now):

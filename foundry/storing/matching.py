@@ -22,7 +22,7 @@ def place_of(call: Call) -> Asked:
 
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
-    """Yield each item of a run after its question and the number of equal questions before it."""
+    """Yield each item of a run with its question, and the number of earlier items with the same question."""
     counts: Counter[Asked] = Counter()
     for item in items:
         here = place(item)

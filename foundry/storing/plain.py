@@ -28,7 +28,7 @@ MOST_SETTINGS = 100_000
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""A run in `sweep.yaml`. The check of the nesting skips these lines, because a sweep may have very many of them."""
+"""A run in `sweep.yaml`. The check of nested levels skips such lines, because a sweep may have very many runs."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
 """Symbolic links and junctions of Windows; its other reparse points, such as cloud files, count as regular files."""
 _REFUSED = {

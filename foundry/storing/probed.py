@@ -53,7 +53,7 @@ class Choices:
 
     @property
     def counts(self) -> Counter[str]:
-        """Number of answers with each choice; if there are expected shares, they divide 1000 answers (ANSWERS)."""
+        """Number of answers with each choice; expected shares count as shares of 1000 answers (ANSWERS)."""
         return _dealt(self.expected) if self.expected else self.called
 
 
@@ -74,7 +74,7 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
-    """Yield the probabilities of a moment's first reply, for each moment in which they replace the repeated calls."""
+    """Yield each moment in which the probabilities of one reply replace repeated calls, and these probabilities."""
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):

@@ -32,7 +32,7 @@ PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
 """The class of the world of a probe; its moments are in the sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
-"""The folder for files from other sweeps, and the names of its files; each has the answers of one run."""
+"""The folder for files from other sweeps, and the name of a file in it with the answers of one run."""
 FIXTURES = "fixtures"
 """The record file with the positions of places and fires that a 2D world drew at random."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
@@ -61,7 +61,7 @@ def cannot_write(path: Path, error: OSError) -> StorageError:
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Within this context, turn an error of the operating system into one that ends the sweep and names the path."""
+    """Within this context, turn errors of the operating system into errors that end the sweep and name the path."""
     try:
         yield
     except OSError as error:
@@ -277,7 +277,7 @@ class RunFolder:
             self._end_file.unlink()
 
     def claim(self) -> AbstractContextManager[bool]:
-        """Reserve the run for this process; yield False if another process has it. A dead process frees its run."""
+        """Reserve the run for this process, until it ends or crashes; yield False if another process has the run."""
         return claimed(self._sweep_path / "locks" / f"{self.id}.lock")
 
 

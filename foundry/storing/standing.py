@@ -64,7 +64,7 @@ class Failure(msgspec.Struct, frozen=True):
 
 
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
-    """Return the progress of a sweep with each of its models; `summaries` are the files `run.json`, in run order."""
+    """Return the progress of a sweep for each model; `summaries` contains each run's `run.json`, in order."""
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
@@ -130,7 +130,7 @@ class Unread:
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return the unreadable replies of each model with a share of at least LEAST_SHARE, in total or under an edit."""
+    """Return the unreadable replies of each model whose share, overall or under an edit, is at least LEAST_SHARE."""
     by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:

@@ -4,8 +4,8 @@ The folder contains:
 
 - sweep.yaml (the definition), multirun.yaml (Hydra's configuration), analysis/
 - runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl, calls.jsonl.zst, frames/, images/}
-- progress/ and locks/, while a command runs the sweep or after the command was killed
-- origins/, if it is a probe or a sweep of forks; moments.json, if it is a probe
+- progress/ and locks/, while a command runs the sweep, or after that command was killed
+- origins/, if the sweep is a probe or consists of forks; moments.json, if the sweep is a probe
 - looks.jsonl (after an analysis), notes.jsonl (the notes), preregistration.yaml (the plan)
 - manifest.json, scenes.json and scenes/, if the sweep comes from a bundle
 
@@ -248,7 +248,7 @@ class SweepFolder:
         return self.path / MOMENTS_FILE
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
-        """Write the moments of a probe, and the answers before these moments in the runs of other sweeps.
+        """Write the moments of a probe, and the earlier answers of the runs with these moments.
 
         Existing files do not change.
 

@@ -49,7 +49,7 @@ def declared_before(config: Mapping[str, Any]) -> Declared:
 
 
 def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
-    """Return the declaration of records in a condition of `sweep.yaml`. Version 0.1 wrote none: None.
+    """Return the declaration of records in a condition of `sweep.yaml`. None for version 0.1: it wrote none.
 
     Raises:
         ValueError: the declaration is malformed, or its form differs from the form of the world's class.

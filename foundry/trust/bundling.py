@@ -95,7 +95,7 @@ def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
 
 
 def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> None:
-    """Raise an error if the scene lost some of its files when it was copied to another folder."""
+    """Copy a scene to another folder, and raise an error if the copy still needs files outside or misses files."""
     from foundry.worlds.camera.loading.scene_files import scene_files
 
     with tempfile.TemporaryDirectory() as name:
@@ -214,7 +214,7 @@ def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes
 
 
 def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
-    """Return the sweep without traces of this machine, and the main file of each scene by its name in the sweep."""
+    """Return the sweep without traces of this machine, and the main file of each scene by the scene's name."""
     conditions = tuple(
         replace(one, config=scrubber.config(one.config), factors=scrubber.value(dict(one.factors)))
         for one in sweep.conditions

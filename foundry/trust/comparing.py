@@ -94,7 +94,7 @@ def _decision_of(line: Line) -> Asked:
 
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
-    """Return each line and its number, from 1. A key is a question and the number of equal questions before it."""
+    """Return lines by question and number of earlier equal questions; each line has its number in the file, from 1."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
 

@@ -245,7 +245,7 @@ def _is_of(line: Line, call: Call) -> bool:
 
 
 def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
-    """Replay a run with another reply to one call, until questions differ; yield the lines of this call's question."""
+    """Replay a run with a new reply to one call, until a question differs; yield the lines of that call's question."""
     world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):

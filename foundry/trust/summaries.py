@@ -128,7 +128,7 @@ def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
 
 
 def is_of_pictures(difference: Difference) -> bool:
-    """Return whether two runs differ here in a picture, such as an image in a question."""
+    """Return whether a difference concerns a picture, such as an image in a question."""
     is_question = difference.file == CALLS and ".images_sha256[" in difference.field
     return is_question or difference.file.split("/")[0] in KEPT
 
@@ -145,7 +145,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
     likeness = likeness_of(then, now)
     if not likeness.same:
         return None
-    apart = f"mean difference {likeness.mean:.2f} of 255; {likeness.far:.1%} of the pixels differ much"
+    apart = f"mean difference {likeness.mean:.2f} of 255, large differences in {likeness.far:.1%} of the pixels"
     return f"{note}; the first picture shows the same content ({apart})"
 
 
@@ -155,7 +155,7 @@ def _kept(run: RunFolder, digest: Any) -> bytes | None:
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:
-    """Yield a line for each run whose canary changed during the run, or differs from that of the model's first run."""
+    """Yield a line for each run whose canary changed during the run or differs from the canary of an earlier run."""
     first: dict[str, tuple[str, Canary]] = {}
     for summary in _summaries(runs):
         for canary in summary.canaries:

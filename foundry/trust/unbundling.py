@@ -42,7 +42,6 @@ class _Members:
         return info
 
     def chunks(self, size: int) -> Iterator[bytes]:
-        """Yield the content of the current member."""
         left = size
         while left:
             chunk = self._read(min(left, _CHUNK))

@@ -88,7 +88,7 @@ def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
 
 
 def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
-    """Return the reason why a recorded `_target_` is refused; "" if it is a `kind` from these packages."""
+    """Return the reason why foundry refuses to build a recorded `_target_`; "" if foundry may build it."""
     own = own_code.own_class(target) if isinstance(target, str) else None
     now = present(target)
     if own is None and not _is_within(now, PACKAGES):
@@ -124,7 +124,7 @@ def check_models(
     typed: Sequence[str] = (),
     recorded: Iterable[Mapping[str, Any]] | None = None,
 ) -> None:
-    """Raise an error if foundry would send a key from the environment to a server that the user has not named.
+    """Raise an error if foundry would send a key from the environment to a server that only a record names.
 
     Args:
         models: configurations of the models that will be built.

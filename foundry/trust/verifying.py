@@ -45,13 +45,13 @@ from foundry.trust.summaries import (
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
-"""Errors that a run can have after its last step: other weights may have answered in it."""
+"""Errors after the last step of a run; they mean that other weights may have answered."""
 _CHUNKS = 8
 """Mean number of portions of runs that a worker gets."""
 
 
 class Verdict(StrEnum):
-    """The verdict on a run."""
+    """The verdict on a run: whether its replay gives the recorded files."""
 
     IDENTICAL = "identical"
     DIFFERS = "differs"
@@ -216,7 +216,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 def _drawn(
     run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
-    """Return the result for a run that differs; the verdict says if only the renderer is another one."""
+    """Return the result for a run with a difference; if only the renderer differs, the verdict says so."""
     if drew is None or found.difference is None or not is_of_pictures(found.difference):
         return found
     questions = scenario.start(config["seed"]).pending()
@@ -227,7 +227,7 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return the result for a run that differs; the verdict says if another version of foundry read its replies."""
+    """Return the result for a run with a difference; if its replies were read by other code, the verdict says so."""
     readers = _other_readers(summary)
     may_follow = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # from another reading of replies
     if not readers or difference.file not in may_follow:
@@ -318,7 +318,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 
 
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
-    """Return the first difference of two lines, or both whole lines if the recorded line is missing or not JSON."""
+    """Return the first difference of two lines, or the whole lines if one is missing or not JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
     difference = None
