@@ -1,23 +1,25 @@
-"""A rule by words that finds claims to see the target in a reply; it is the same for every model.
+"""A rule that finds claims to see the target in a reply by their words; it is the same for every model.
 
 The text is split into sentences, and each sentence into clauses, at commas and conjunctions. The cues of `sight_words`
 in the clause that mentions the target decide:
 
-1. If the last cue before the mention or the first cue behind it is a denial or a doubt, there is no claim.
-2. If a statement of visibility or place follows the mention, it is a claim, unless the target is still to be found.
-3. If the last cue before it is one of seeing, it is a claim ("I see a hatch and the JAXA logo"). A cue of searching or
-   going makes none ("looking for", "towards"), nor does a cue of seeing at most two words behind a cue of another kind
-   ("do not yet see", "if I see", "to see").
-4. If the clause has no cue, and at most three words before the mention and none behind it, the clause before decides
-   ("I see a hatch, a rack and the JAXA logo").
+1. If the last cue before the mention, or the first cue behind the mention, is a denial or a doubt, there is no claim.
+2. If the clause says behind the mention where the target is ("is on the left", "is in view"), the clause is a claim.
+   Another cue of seeing behind the mention also makes a claim, unless a cue of searching comes before the mention.
+3. If the last cue before the mention is a cue of seeing, the clause is a claim ("I see a hatch and the JAXA logo"). A
+   cue of searching or going makes no claim ("looking for", "towards"). A cue of seeing makes no claim if a denial,
+   doubt or search stands at most two words before it ("do not yet see", "if I see", "to see").
+4. Sometimes the clause has no cue, at most three words before the mention, and no word behind it. Then the cue of the
+   clause before decides ("I see a hatch, a rack and the JAXA logo").
 
-One claim in a text is enough. Questions and thoughts between `<think>` tags claim nothing. Knowledge of a place ("I
-know where the JAXA logo is") is not a claim.
+A reply claims to see the target if at least one of its clauses does. Questions and thoughts between `<think>` tags
+claim nothing. Knowledge of a place ("I know where the JAXA logo is") is not a claim.
 
-A mention is the whole name: its last words or synonyms of them, with its other words at most 14 characters away ("the
-logo of JAXA"). It can also be the last word after an article ("the logo"), or "the target". A number at the end of a
-name must directly follow it and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not
-meaning.
+A mention is the whole name of the target, also in another order ("the logo of JAXA"). The other words of the name may
+be at most 14 characters away from its last words, and synonyms of the last words count. The last word of the name after
+an article ("the logo"), or "the target", is also a mention. If the name ends in a number, a mention has this number
+directly behind the other words, and without a unit: "picture 3", not "picture 3 m away". The rule looks only for words,
+so it can misread a reply.
 """
 
 import re
@@ -31,10 +33,10 @@ from analysis.words import LETTERS, plain, whole_words
 from foundry.labels.definition import NO, YES, Context
 
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
-"""Largest number of words and characters between a cue and a later cue of seeing that it cancels."""
+""""Not" and similar cues cancel a cue of seeing after at most this number of words and of characters."""
 
 _LEADING_WORDS = 3
-"""Largest number of words before a mention that is part of a list."""
+"""In a list ("I see a hatch, a rack and the logo"), at most this number of words precedes the mention in its clause."""
 
 _THINKING = re.compile(r"<think>.*?(?:</think>|$)", re.DOTALL)
 _SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
@@ -71,7 +73,7 @@ _GAP = r"[^,;:.!?。、，\n]{0,14}?"
 
 @lru_cache(maxsize=4096)
 def is_readable(reply: str) -> bool:
-    """Return whether a reply is in a language that the rule can read."""
+    """Return whether a reply is in English or Japanese, the languages that the rule can read."""
     return is_read(_said(reply))
 
 
@@ -96,7 +98,7 @@ def mentions_target(text: str, context: Context) -> bool:
 
 
 def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
-    """Return the things that a reply claims to see; the rule must be able to read its language.
+    """Return the things that a reply claims to see; the reply must be in English or Japanese.
 
     Rule 4 applies anywhere in a clause without a cue, as in "I see a wall and a door on the left".
     """
@@ -106,7 +108,7 @@ def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
 
 @lru_cache(maxsize=1024)
 def thing_of(label: str) -> str:
-    """Return the kind of thing in a label: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
+    """Return the kind of thing that a label names: `exit door` is a door, `rack JPM1A1` a rack.
 
     If the last words are a name or a synonym in `sight_words.THINGS`, the kind is the key there; else it is the last
     word. Words after a preposition and words with digits are ignored, since they name one thing of its kind.
@@ -120,12 +122,10 @@ def thing_of(label: str) -> str:
 
 
 def _said(reply: str) -> str:
-    """Return a reply in normalised form, without thoughts."""
     return _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
 
 
 def _statements(reply: str) -> list[str]:
-    """Return the sentences of a reply in normalised form, without questions."""
     text = _TOPIC.sub("", _RELATIVE.sub(" ", _said(reply)))
     return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
 
@@ -169,21 +169,20 @@ def _latest(cue: str, following: str) -> str:
 
 
 def _claimed(before: str, after: str) -> bool:
-    """Return whether a mention is a claim, given the kinds of the cues before and behind it, or empty texts."""
+    """Return whether a mention is a claim, given the kinds of the cue before and the cue behind it; "" is no cue."""
     if before in _NO or after in _NO or (before == "searched" and after != "placed"):
         return False
     return (after or before) in _YES
 
 
 def _first_cue(text: str) -> str:
-    """Return the kind of the first cue, or an empty text."""
     found = _CUES.search(text)
     return str(found.lastgroup) if found else ""
 
 
 @lru_cache(maxsize=1024)
 def _last_cue(text: str) -> str:
-    """Return the kind of the last cue, or an empty text; if another cue cancels a cue of seeing, return its kind."""
+    """Return the kind of the last cue, or ""; for a cancelled cue of seeing, it is the kind of the cue that cancels."""
     kind, end = "", 0
     for found in _CUES.finditer(text):
         gap = text[end : found.start()]
@@ -217,7 +216,7 @@ def _mention(target: str) -> re.Pattern[str]:
 
 
 def _either(alternatives: str) -> str:
-    """Return a pattern for any of the alternatives; where blanks separate words, it matches whole words only."""
+    """Return a pattern for any of the alternatives. It matches Latin letters only as whole words."""
     return (
         f"(?:(?<![{LETTERS}])(?=[{LETTERS}0-9])(?:{alternatives})(?![{LETTERS}])|(?![{LETTERS}0-9])(?:{alternatives}))"
     )

@@ -40,19 +40,19 @@ THINGS: dict[str, str] = {
     "trash can": "(?:trash|garbage|waste) ?(?:cans?|bins?|baskets?)|ゴミ箱",
     "stairs": "stairs?|staircases?|stairways?|階段",
 }
-"""The names of each thing, by its English name; each matches whole words only.
+"""For each thing, by its English name, a pattern of all its names; English names match whole words only.
 
-The end of a label is looked up here: for `JAXA logo`, that is `logo`.
+To find the kind of a labelled thing, foundry looks up the last words of its label, such as `logo` in `JAXA logo`.
 """
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
 """Things whose names mean other things too ("it is safe to go"); they count only if a scene has such a thing."""
 
 THE_TARGET = "(?:the|my|our) (?:target|goal object|target object)|ターゲット|目標物?|対象物?"
-"""General names of the target."""
+"""Expressions that mean the target of any walk."""
 
 ARTICLES = "the|this|that"
-"""Words with which the last word of a name stands for the whole name, as in `the logo`."""
+"""After one of these words, the last word of a name stands for the whole name: `the logo` means `JAXA logo`."""
 
 NOT = (
     r"no|not|[a-z]+n't|cannot|cant|dont|never|without|neither|nor|none|nowhere|unable|fail(?:ed|s)? to"
@@ -115,4 +115,4 @@ PLACED = (
     r"|cent(?:er|re)d|mounted|located|placed|within|next to|to (?:the|my)|directly|straight|inside|beside|against"
     r"|\d)"
 )
-"""Cues of place behind the name of a thing."""
+"""Words behind the name of a thing that say that it is visible or where it is."""

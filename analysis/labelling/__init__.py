@@ -1,9 +1,10 @@
 """Labels of warnings: a rule or a model decides which messages are warnings, and labels by people correct the result.
 
-The rule is `warning_rule`. A model's labels come from `foundry label` in a sweep's folder. Both are compared with the
-texts of `hand_labelled.jsonl`, which were labelled one by one with the question of the label `warning`. Only held-out
-texts count: they were written independently of the rule, and nobody saw them when the rule was changed. `TEXTS_BY`
-names their author. Agreement with other texts, above all with the texts for tuning, does not generalise.
+The rule is `warning_rule`. A model's labels come from `foundry label` in a sweep's folder. The labels of the rule and
+of the model are compared with the labels in `hand_labelled.jsonl`. These texts were labelled one by one with the
+question of the label `warning`. Only the held-out texts count for accuracy: they were written independently of the
+rule, and nobody looked at them to change the rule. `TEXTS_BY` says who wrote and labelled the texts. Agreement with the
+other texts says little about new texts, above all agreement with the texts that were used to tune the rule.
 """
 
 import hashlib
@@ -29,7 +30,7 @@ from foundry.storing.store import SweepFolder
 
 WARNING, SIGHT_CLAIM = "warning", "sight_claim"
 BUILT_IN = (WARNING, SIGHT_CLAIM)
-"""Labels on which shipped signatures are based; each other label is a signature of its own."""
+"""Labels from which shipped signatures compute their measures; every other label is a signature of its own."""
 
 FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the hand-labelled texts."""
@@ -38,20 +39,20 @@ TEXTS_BY = (
     "these values are upper bounds, because one language model wrote and labelled these texts in the styles of many "
     "writers; the accuracy for the messages of this sweep is unknown"
 )
-"""A note on the author of the held-out texts, and on its consequence for precision and recall."""
+"""A note that says who wrote the held-out texts, and why precision and recall are therefore upper bounds."""
 
 NO_CORRECTION = " (not corrected by people's labels)"
-"""A note for measures without a correction, if people's labels correct other measures of the same label."""
+"""A note for a measure that cannot be corrected, beside corrected measures of the same label."""
 
 TextSet = Literal["tuning", "held_out"]
-"""The purpose of a hand-labelled text."""
+"""The use of a hand-labelled text: to tune the rule, or only to test it."""
 
 Writing = Literal["beside_rule", "apart"]
-"""The origin of a text: written with the rule by its author, or independently of it, in many writers' styles."""
+"""The origin of a text: written by the rule's author, or apart from the rule in the styles of many writers."""
 
 
 class HandLabelled(msgspec.Struct, frozen=True):
-    """A text with a label by hand; see `TextSet` and `Writing`."""
+    """A text that was labelled by hand, with the use (`TextSet`) and the origin (`Writing`) of the text."""
 
     set: TextSet
     written: Writing
@@ -63,7 +64,7 @@ class HandLabelled(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class Agreement:
-    """The agreement of a rule or a model with labels by hand, in numbers of texts.
+    """How well the labels of a rule or a model agree with labels by hand, as numbers of texts.
 
     Attributes:
         unlabelled: texts that the rule or the model left without a label; the numbers below leave them out.
@@ -80,17 +81,17 @@ class Agreement:
 
     @property
     def is_better_than_chance(self) -> bool:
-        """True if the interval of kappa is above 0."""
+        """True if the whole interval of Cohen's kappa is above 0."""
         return self.interval.low > 0
 
     @property
     def precision(self) -> float:
-        """Share of texts labelled as warnings that are warnings, 0..1."""
+        """Of the texts that the rule or model labels as warnings, the share that are warnings by hand, 0..1."""
         return ratio(self.true_warnings, self.true_warnings + self.false_warnings)
 
     @property
     def recall(self) -> float:
-        """Share of the warnings that are labelled as warnings, 0..1."""
+        """Of the texts that are warnings by hand, the share that the rule or model labels as warnings, 0..1."""
         return ratio(self.true_warnings, self.true_warnings + self.missed)
 
     def __str__(self) -> str:
@@ -110,7 +111,7 @@ RULE_AGREEMENT = Agreement(
     kappa=0.8095238095238095,
     interval=Interval(0.6810738235238813, 0.9379737955237377),
 )
-"""The rule's agreement with the held-out texts; a test computes it again, because this takes a second."""
+"""How well the rule agrees with the held-out texts. A test checks these numbers; computing them takes a second."""
 
 
 @dataclass(frozen=True)
@@ -128,11 +129,11 @@ class Reading:
 
 @dataclass(frozen=True)
 class Labelling:
-    """A labeller with its labels.
+    """A labeller (the rule or a model) with its labels of messages.
 
     Attributes:
         labeller: the rule, or the model with its digest and question.
-        version: a text that changes whenever any label may change.
+        version: a hash or rule number; it changes whenever a label may change.
         by_fires: labels of texts, by the names of the world's fires; None for the rule, which computes them.
         name: short name of the labeller, if it differs.
         unlabelled: the reason why a message may have no label.
@@ -164,7 +165,7 @@ class Labelling:
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
 
     def reading(self, label: str, *, corrected: bool, correctable: bool) -> Reading:
-        """Return who labelled the texts behind a measure: a rule or a model, perhaps corrected by people.
+        """Return who labelled the texts of a measure: a rule or a model, perhaps corrected by people.
 
         Args:
             label: name of the label.
@@ -186,7 +187,7 @@ class Labelling:
         return f"not corrected by people's labels, because {self.why[WARNING]}" if WARNING in self.why else ""
 
     def doubt(self) -> str:
-        """Return the reason why no measure of warnings can be trusted, or ""."""
+        """Return the reason why the measures of warnings cannot be trusted, or "" if they can."""
         found = self.agreement
         if found.is_better_than_chance or WARNING in self.corrections:
             return ""
@@ -196,14 +197,14 @@ class Labelling:
 
 @lru_cache(maxsize=4)
 def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tuple[HandLabelled, ...]:
-    """Return the hand-labelled texts of a set; by default those with which labellers are compared."""
+    """Return the hand-labelled texts of one use and origin; by default, the texts with which labellers are compared."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
     texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
     return tuple(one for one in texts if (one.set, one.written) == (which, written))
 
 
 def rule_labelling() -> Labelling:
-    """Return the labelling by the rule."""
+    """Return the rule as labeller of warnings, with its accuracy."""
     version = f"rule {RULE_VERSION}"
     return Labelling(version, version, RULE_AGREEMENT, unlabelled="the rule covers only English and Japanese")
 
@@ -257,13 +258,13 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
 
 
 def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
-    """Return the labels of the last model that was asked the current question about a sweep's texts, or None."""
+    """Return the labels of the model that last labelled a sweep's texts with the label's current question, or None."""
     judges = LabelFolder.of(sweep, label.name).judges()
     return next((one for one in judges if one.question_sha256 == label.question_sha256), None)
 
 
 def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
-    """Return a label with its own signature; a model's labels are used on request, or if the label has no rule."""
+    """Return a label with its own signature. Labels of a model are used if `by_model`, or if the label has no rule."""
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
         return OwnLabel(label, "", None, correction)
@@ -272,7 +273,7 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
-    """Compare labels of the held-out texts, in their order, with the labels by hand; None means no label."""
+    """Compare labels of the held-out texts, given in the texts' order, with the labels by hand; None means no label."""
     pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return Agreement(
@@ -287,6 +288,6 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
 
 
 def _in_order(judged: Sequence[Judgement]) -> list[bool | None]:
-    """Return a label for each current held-out text; texts that were added later have none."""
+    """Return a model's label for each held-out text; None for a text that was added after the model labelled."""
     by_text = {one.text: None if one.label is None else one.label == YES for one in judged}
     return [by_text.get(one.text) for one in hand_labelled()]

@@ -1,15 +1,16 @@
 """Corrects measures of labels with a random sample of texts that people labelled.
 
-A mean of labels is corrected run by run. The corrected mean is the mean of the surrogate (a rule or a model), plus a
-sum over the labelled texts of the run, divided by the run's number of texts. A term of this sum is (person - surrogate)
-x N / n, where N and n are the numbers of texts and of labelled texts in the stratum. This difference estimator is
-unbiased for any errors of the surrogate (Särndal, Swensson and Wretman 1992). It gives one value per run, so the
-statistics of pairs of seeds apply to it.
+A mean of labels is corrected in each run separately. A rule or a model (the surrogate) labels all texts of the run. To
+the mean of its labels foundry adds a sum over the run's texts that people labelled, divided by the run's number of
+texts. Each such text adds (person's label - surrogate's label) x N / n. N is the number of texts in its stratum, n the
+number that people labelled. This is the difference estimator; whatever errors the surrogate makes, it is unbiased
+(Särndal, Swensson and Wretman 1992). The corrected mean is one value per run, so models can be compared in pairs of
+seeds as for other measures.
 
 Measures that are not means are computed on COPIES copies of a run, in which each text without a label by people gets a
-random one. The rates depend on the text's model, on its stratum, and on whether its agent knew of a fire. Without the
-latter, chains would begin with agents that know of no fire. This is multiple imputation; `analysis.stats.imputed`
-combines the copies.
+random one. The probability of the drawn label depends on the text's model, on its stratum, and on whether its agent
+knew of a fire. If it ignored what the agent knew, chains of warnings would begin with agents that know of no fire. This
+is multiple imputation; `analysis.stats.imputed` combines the copies.
 """
 
 import hashlib
@@ -29,14 +30,14 @@ from foundry.labels.sampling import Stratum, stratum_of
 from foundry.storing.store import SweepFolder
 
 COPIES = 30
-"""Number of copies of a run with random labels."""
+"""Number of copies of each run; each copy has other random labels where people gave none."""
 FEWEST = 5
 """Minimum number of labelled texts in each stratum; in smaller strata, all texts must be labelled."""
 _PRIOR = 0.5
-"""Number of imagined labels, of either kind, in the prior of a stratum's rate (Jeffreys' prior)."""
+"""Jeffreys' prior for the rate of a choice: it counts as half a label for the choice and half a label against it."""
 
 CellKey = tuple[int, str, str, bool]
-"""A group of texts with a common rate: draw, model, result of the rule, and whether the agent knew of a fire."""
+"""A cell: texts with one rate. Draw of the sample, model, stratum, and whether the agent knew of a fire."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Correction:
         known: shares of the choices, by the content that a person saw; the same text may occur several times.
         rates: for each cell, the rate of the first choice in every copy, (COPIES,).
         strata_of_run: draw and model of each run.
-        version: a text that changes whenever any corrected measure may change.
+        version: hash of the labels; it changes whenever a corrected measure may change.
     """
 
     label: Label
@@ -83,7 +84,7 @@ class Correction:
         return f"corrected with {self.texts} labels of {people}"
 
     def copies(self, run: str, texts: Sequence[tuple[str, Context, bool]]) -> BoolArray:
-        """Return which texts get the first choice in each copy, (COPIES, texts).
+        """Return whether each text is labelled with the label's first choice in each copy, (COPIES, texts).
 
         Within a copy, equal texts get equal labels.
 
@@ -102,13 +103,13 @@ class Correction:
         return found
 
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
-        """Return the rate of the first choice for a text, (COPIES,); a stratum without labels has the prior's rate."""
+        """Return the rate of the first choice for a text, (COPIES,); from the prior if its stratum has no labels."""
         cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)
         return self.rates[cell] if cell in self.rates else _rates(cell, self.label, {}, {})
 
 
 def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: Mapping[str, float]) -> FloatArray:
-    """Draw the rate of the first choice in a cell from its posterior, for each copy, (COPIES,).
+    """For each copy, draw a cell's rate of the label's first choice from the rate's posterior, (COPIES,).
 
     Args:
         cell: the cell.
@@ -126,7 +127,7 @@ def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: M
 
 @dataclass(frozen=True)
 class Corrected:
-    """A correction, or the reason why people's labels correct nothing."""
+    """A correction by people's labels, or the reason why there is none ("" if nobody labelled texts)."""
 
     correction: Correction | None = None
     why: str = ""
@@ -151,7 +152,7 @@ def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
 
 
 def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: str = "") -> Corrected:
-    """Return the correction that people's labels give for a rule or a model; `models` are by run.
+    """Return the correction by people's labels, or why there is none; `models` holds the model of each run.
 
     The command `more` continues the labelling.
     """
@@ -216,7 +217,7 @@ def _correction(
 
 
 def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> float:
-    """Return the corrected mean of labels, or NaN if there are no texts.
+    """Return the mean of a rule's or a model's labels, corrected by people's labels; NaN without texts.
 
     Args:
         surrogate: labels by a rule or a model, 0 or 1, (n,).
@@ -229,7 +230,7 @@ def corrected_mean(surrogate: FloatArray, truth: FloatArray, weight: FloatArray)
 
 
 def adjusted(surrogate: FloatArray, truth: FloatArray, weight: FloatArray) -> FloatArray:
-    """Return values (n,) whose mean over any part of the texts is corrected: surrogate + (truth - surrogate) weight.
+    """Return one corrected value per text, (n,): surrogate + (truth - surrogate) x weight. Take the mean over texts.
 
     Source: Särndal, Swensson and Wretman 1992, the difference estimator.
     """

@@ -1,18 +1,19 @@
 """Recognises texts in English and Japanese, which are the languages of the rules.
 
-The script of most letters decides first. A text in Chinese characters and kana is Japanese if it has hiragana. Without
-hiragana, it is Japanese unless it has a character that Japanese does not use. A text in Latin letters is English if
-enough of its words are common English words. Any other script means another language. Names with digits, and words that
-many languages share, are ignored. A text that contains only these, or no letter, counts as readable.
+The script of most letters in the text decides first. A text in Chinese characters and kana is Japanese if it has
+hiragana. Without hiragana, such a text is Japanese unless it has a Chinese word or character that Japanese does not
+use. A text in Latin letters is English if enough of its words are common English words. A text in any other script is
+neither English nor Japanese. Names with digits, and words that many languages share, are ignored. A text that has only
+such words, or no letters, counts as English or Japanese.
 """
 
 import re
 
 _ENGLISH_SHARE = 0.2
-"""Minimum share of common English words in an English text."""
+"""A text counts as English if at least this share of its words are common English words."""
 
 _SEEN_LENGTH = 1600
-"""Number of characters that are examined."""
+"""Only this number of characters at the start of a text is examined."""
 
 _LETTERS = re.compile(r"[^\W\d_]")
 _LATIN = re.compile("[a-z\u00aa-\u024f\u1e00-\u1eff]")
@@ -22,7 +23,7 @@ _HAN = re.compile("[\u2e80-\u2fdf\u3005-\u3007\u3400-\u9fff\uf900-\ufaff\U000200
 _CHINESE = re.compile(
     "[我你妳她們沒這那哪嗎吧呢啊很烟]|(?<![完終修満魅])了(?!解|承)|(?<![皇太])后|不要|不是|快跑|快逃|向[前左右]|向[上下]看|[0-9半]米"
 )
-"""Chinese words in characters that Japanese has, but does not use in this way."""
+"""Characters and words that show that a text is Chinese, not Japanese."""
 
 _NAMES = re.compile("[a-z]*[0-9][a-z0-9]*")
 _WORDS = re.compile("[a-z\u00aa-\u024f\u1e00-\u1eff]+(?:'[a-z]+)?")
@@ -39,7 +40,7 @@ _SHARED = _listed(
     of oh ok okay on or over park part place plan position possible scene so stop to us warm warn was we west zone
     """
 )
-"""Words that other languages share, and names of places; they are ignored."""
+"""Words that also occur in other languages, and names of places; the test for English ignores them."""
 
 _COMMON = _listed(
     """

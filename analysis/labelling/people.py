@@ -45,7 +45,7 @@ class Kappa:
 
 
 def labellers(sweep: SweepFolder) -> pd.DataFrame:
-    """Return the agreement of each person with every other labeller of the same texts.
+    """Return, for each person and every other labeller, how well their labels of the same texts agree.
 
     There is one row per pair of labellers, and a further row for all people and models together if there are more than
     two.
@@ -148,7 +148,7 @@ def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kap
 
 
 def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Kappa:
-    """Return a statistic of n texts with a 95 % interval over clusters.
+    """Return a statistic of n texts with a 95 % interval, for which clusters of texts (seeds) are the units.
 
     The interval is a delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1. Choices within a
     cluster are dependent, so clusters are the units.

@@ -19,15 +19,15 @@ from foundry.labels.sampling import NEAR, REST, shares_of, stratum_of
 from foundry.storing.store import SweepFolder
 
 DIFFERENCES = (0.05, 0.1, 0.15, 0.2, 0.3)
-"""Differences between models, in the share of the first choice, for which the table gives the number of labels."""
+"""Differences between two models in the share of the label's first choice; the table has a row for each."""
 USUAL_ERROR = 0.15
-"""Error rate of a rule that is assumed for a stratum without data."""
+"""The error rate that is assumed for the rule in a stratum without labels by people."""
 _STEP = 10
 
 
 @dataclass(frozen=True)
 class _Stratum:
-    """The texts of a model with the same result of the rule.
+    """A model's texts in one stratum, for example all texts that the rule labels as warnings.
 
     Attributes:
         weight: share of the model's texts that are in this stratum, 0..1.
@@ -40,7 +40,7 @@ class _Stratum:
 
 
 def labels_needed(sweep: SweepFolder, label: Label, power: float = 0.8) -> Table:
-    """Return how many labels each model needs to detect a difference in the share of the first choice.
+    """Return how many texts of each model people must label to detect a difference in the share of the first choice.
 
     The variance of a corrected difference has two parts: the variance of the rule's difference over the seeds of the
     sweep; and, for each stratum, its squared weight times e (1 - e) (1 / n - 1 / N). N is the stratum's number of
@@ -94,7 +94,7 @@ def _usual_errors(label: Label) -> dict[str, float]:
 
 
 def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
-    """Return the rule's error rate in each stratum with enough labels by people."""
+    """Return the rule's error rate, for each stratum of which people labelled at least FEWEST texts."""
     labels = Labels.of(sweep, label)
     if labels is None:
         return {}
@@ -110,7 +110,11 @@ def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
 
 
 def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[int, float]:
-    """Return the number of seeds, and the variance of the rule's mean difference as mean over all pairs of models."""
+    """Return the number of seeds that two models share, and the variance of their mean difference.
+
+    The difference is that of the shares of the first choice by the rule. The number is the smallest of all pairs of
+    models, the variance a mean over the pairs.
+    """
     shares: dict[str, dict[int, float]] = {}
     for model, items in by_model.items():
         said: dict[int, list[bool]] = defaultdict(list)

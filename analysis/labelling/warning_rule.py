@@ -1,27 +1,33 @@
 """A rule that finds warnings in messages by their words; it is the same for every model.
 
-A text that is neither English nor Japanese, according to `language`, has no label.
+A text that is neither English nor Japanese gets no label; the module `language` decides this.
 
 A text is a warning if one of its clauses mentions a fire and nothing cancels the mention. A mention is the name of a
-configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions with another sense
-do not count ("fire drill", "smoke-free"). A word for danger also counts if its sentence has a position, or if the text
-has a call to get away. The text is split into sentences, and sentences into clauses, at commas and conjunctions. A
-mention is cancelled in its clause by:
+configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions in which such a
+word means something else do not count ("fire drill", "smoke-free"). A word for danger ("danger", "unsafe") also counts
+as a mention if its sentence names a position such as (3, 4), or if the text calls others to get away. The text is split
+into sentences, and sentences into clauses, at commas and conjunctions. A mention of a fire is cancelled by any of these
+in its clause:
 
-1. a denial before it ("no sign of any fire"), or, in Japanese, behind it ("火事はありません"). A denial of harm or of a
-   drill does not count ("nobody was hurt by the fire");
-2. an end of the fire ("extinguished", "false alarm", "only steam"), also in the rest of the sentence or in the next. It
-   does not count if another fire continues ("fire1 is out, fire2 still burns");
-3. another time ("yesterday"), a supposition or a tale before it ("if you see a fire", "a book about fires");
-4. a question, unless it presupposes its content ("did you notice that the bar burns?"). A statement before the question
-   in the same sentence still counts ("there is a fire, shall we go?").
+1. a denial before the mention ("no sign of any fire"), or, in Japanese, behind the mention ("火事はありません"). A
+   sentence that only denies harm or a drill cancels nothing ("nobody was hurt by the fire");
+2. words that say that the fire is over or was none ("extinguished", "false alarm", "only steam"). They may also stand
+   later in the sentence or in the next one. They cancel nothing if another fire continues ("fire1 is out, fire2 still
+   burns");
+3. words before the mention for the past ("yesterday"), a supposition ("if you see a fire") or a tale ("a book about
+   fires");
+4. a question, unless the question treats the fire as a fact ("did you notice that the bar burns?"). If a statement
+   comes before the question in one sentence, the mention in the statement still counts ("there is a fire, shall we
+   go?").
 
-A denial of going there, or of the fire's end, cancels nothing ("do not go near the fire", "not out yet", "until it is
-out"). A clause of at most three words after a denied mention is also denied ("no fire, smoke, or flames").
+Words that forbid going to the fire, or deny that it is over, cancel no mention ("do not go near the fire", "not out
+yet", "until it is out"). After a denied mention, a clause of at most three words is also denied ("no fire, smoke, or
+flames").
 
-Case, width (full-width letters) and Unicode composition make no difference. The words are in `warning_words`; English
-words match only whole words, Japanese words match anywhere. Names such as `fire1` are found in both kinds of text. Time
-is linear in the length of the text; only its first 20,000 characters are read. The rule sees words, not meaning.
+The rule ignores case, full-width forms of letters, and Unicode composition. The words are in `warning_words`; English
+words match only whole words, Japanese words match anywhere. The names of fires, such as `fire1`, are found in English
+and in Japanese texts. The running time is linear in the length of the text; only the first 20,000 characters are read.
+The rule looks only for words, so it can misread a text.
 """
 
 import re
@@ -41,22 +47,22 @@ _CACHED_LENGTH = 4096
 """Maximum length, in characters, of a text whose label is kept in memory."""
 
 _READ_LENGTH = 20_000
-"""Maximum number of characters that are read of a text; no message of a model is nearly as long."""
+"""The rule reads at most this number of characters of a text; messages of models are much shorter."""
 
 _FAR, _NEAR = 60, 8
-"""Maximum number of characters between a denial and its object: in general, and for the end of a fire."""
+"""Maximum number of characters between a denial and the denied word; `_NEAR` is for Japanese words such as "消えた"."""
 
 _SHARING_WORDS = 3
-"""Maximum number of words of a clause that is denied together with the clause before it, as in "no fire, smoke"."""
+"""A clause of at most this number of words shares the denial of the clause before, as in "no fire, smoke"."""
 
 _IN_NAMES = LETTERS + "0-9_"
-"""Characters of names. The name `fire1` is not found in `fire12`, but the word `fire` is."""
+"""Characters that can be part of a fire's name, so that the name `fire1` is not found in `fire12`."""
 
 _NAME = "\ue000"
-"""Replaces the name of a fire in a text: a private-use character."""
+"""A private-use character that replaces the name of a fire in a text."""
 
 _PLACE = "\ue001"
-"""Replaces a position in a text, such as (3, 4): another private-use character."""
+"""A private-use character that replaces a position in a text, such as (3, 4)."""
 
 
 def _either(english: str, japanese: str) -> str:
@@ -188,7 +194,7 @@ def _warns(placed: str) -> bool:
 
 
 def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -> _Warned | None:
-    """Return the last sentence that warns, perhaps this one; None if this sentence cancels the warning."""
+    """Return the last sentence so far that warns, perhaps this one; None without one, or if this one cancels it."""
     denied = False
     for clause in _statements(sentence):
         read = _read(clause, urges=urges)
@@ -201,7 +207,7 @@ def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -
 
 
 def _statements(sentence: str) -> Iterator[str]:
-    """Yield the clauses that state something, and the questions that presuppose their content."""
+    """Yield the clauses that state something, and questions that treat it as a fact ("did you see the fire?")."""
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
     clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]
@@ -226,7 +232,7 @@ def _read(clause: str, *, urges: bool) -> _Clause:
 
 
 def _effective(cues: list[_Cue]) -> list[_Cue]:
-    """Leave out denials of going there ("do not go"), denials of an end ("not out yet"), and future ends ("until")."""
+    """Drop cues that cancel no mention: "do not go" (to the fire), "not out yet", and "until it is out"."""
     left: list[_Cue] = []
     awaited = False
     for cue in (one for one in cues if one.kind != "forbidden"):

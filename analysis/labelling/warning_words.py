@@ -1,7 +1,7 @@
 """The English and Japanese words that `warning_rule` looks for.
 
-Every pattern is a list of alternatives. English patterns match whole words; Japanese patterns, with names ending in
-`JAPANESE`, match anywhere. All words are in lower case.
+Every pattern is a list of alternatives. English patterns match only whole words. Japanese patterns match anywhere in a
+text; their names end in `JAPANESE`. All words are in lower case.
 """
 
 FIRE = (
@@ -15,10 +15,10 @@ FIRE_JAPANESE = (
     "|を[見確発感]|から|に近)|焦げ(?=[たて臭く]|る?(?:臭|にお|匂))|きな臭|くすぶ|火の海"
     "|ぼや(?:騒ぎ|が|です)|ボヤ|小火|(?<!日)(?<!夕)(?<!胸)焼け(?=て|落ち)|燃や|黒煙|白煙"
 )
-"""Words for fire, smoke, flames or flight from them."""
+"""Words that mention a fire, smoke, flames or an evacuation."""
 
 PICTURED = "🔥 {0,3}(?:at|in|near|by|on|@)(?![a-z])"
-"""The emoji of a fire, followed by a place; alone it may be praise."""
+"""The fire emoji, if a place follows ("🔥 at the bar"). The emoji alone may be praise."""
 
 FLEE = (
     "(?<!to )(?<!i )(?<!we )(?<!will )(?<!'ll )(?<!must )(?<!should )(?<!can )(?<!could )(?<!let's )(?:leave"
@@ -35,14 +35,14 @@ FLEE_JAPANESE = (
     "(?:今すぐ|すぐに?|直ちに|ただちに|至急)[^。!?、]{0,12}(?:出て|逃げて|離れて|脱出して"
     "|退避して)(?:くだ|下さ|!|。|$)|逃げろ|逃げて(?:ください|!|。|$)"
 )
-"""Calls to get away that are so urgent that they need no reason."""
+"""Calls to get away that are so urgent that they count as a warning even if they name no fire."""
 
 SHUN = (
     "(?<!'ll )(?<!will )(?<!to )avoid|(?:stay|keep|steer|get) (?:well )?(?:away|clear|out"
     "|off)|stay back from|(?:do not|don't|dont|never) (?:go|come|walk|step|move|enter|cross"
     "|pass|approach|stand|stay|linger)(?! from)"
 )
-"""Words directly before a position that should be avoided."""
+"""Words that tell others to avoid the position that follows ("stay away from")."""
 
 HAZARD = (
     "(?:hazards?|hazardous|danger|dangers|dangerous|deadly|lethal)(?! of)|(?:not"
@@ -52,7 +52,7 @@ HAZARD = (
     "|death trap|deathtrap"
 )
 HAZARD_JAPANESE = "危険|危ない|非常事態|緊急事態|緊急です|命に関わ|安全では(?:ない|ありません)|熱すぎ|ダメージ|致命"
-"""Words for a fire next to a position, or with a call to get away."""
+"""Words for danger. They count as a mention of a fire only beside a position or a call to get away."""
 
 ESCAPE = (
     "run(?! (?:into|out of|by|for the bus|a|the|low))|flee|fleeing|get (?:out|away|back)"
@@ -171,13 +171,13 @@ GO = (
     "|wait|linger|use|cross|pass|touch|ignore|forget|underestimate|escape|reach|breathe"
     "|be (?:near|close)|want to be|put|control|stop|extinguish|safe"
 )
-"""Actions that must or can not be done at a fire; their denial cancels no warning."""
+"""Actions after "do not" or "cannot" that cancel no warning ("do not touch the fire")."""
 
 FORBIDDEN_JAPANESE = (
     "ないで|ない(?:ほう|方|よう)|かもしれ(?:ない|ません)|知れません|しかありません|危ない"
     "|(?:安全|大丈夫)(?:な[^。]{0,4})?(?:では?|じゃ)(?:ない|ありません)|(?:では?|じゃ)ないか"
 )
-"""Denials that do not deny a fire: forbidden actions, and possibilities."""
+"""Japanese denials that do not deny a fire: they forbid an action or say "maybe" ("かもしれない")."""
 
 OVER = (
     "(?:is|are|was|'s|been|went|gone|burn(?:ed|t)|died)(?: (?:now|already|finally|all"
@@ -215,7 +215,7 @@ PAST_JAPANESE = (
     "昨日|先週|先月|昨年|去年|昔|以前|先日|一昨日|おととい|昨夜|昨晩|かつて|年(?:も|ほど)?前"
     "|(?:か|ヶ)月前|週間前|日前|子供の(?:頃|ころ)|当時|前年|古代"
 )
-"""Statements of another time."""
+"""Words for the past, such as "yesterday"; a fire of the past is no warning."""
 
 SUPPOSED = (
     "if(?! you (?:are|want|can))|whether|in case|in the event|unless|imagine|suppose|books?"
@@ -232,7 +232,7 @@ SUPPOSED_JAPANESE = (
     "|博物館の|夢|(?:だ|か)と思った(?:ら|けど|が)|万が一|万一|仮に|いざという|漫画|アニメ"
     "|ゲーム|ドラマ|ドラゴン|一般に|一般的に|(?:起き|あっ|出)た(?:とき|時)"
 )
-"""Suppositions, indirect questions or tales, before the mention."""
+"""Words before a mention that make it a supposition ("if"), an indirect question ("whether") or a tale ("a book")."""
 
 HARM = (
     "no (?:casualties|injuries|victims|deaths|panic|joke|drill|exaggeration|kidding|lie|cap"
@@ -258,11 +258,11 @@ HARM_JAPANESE = (
 """Denials of harm, of a joke or of a drill, which do not deny a fire."""
 
 DOUBT = "(?:don't|do not|dont|doesn't|does not|didn't) (?:think|believe|look like|seem|assume|trust)|doubt|unlikely"
-"""Denials of the words that follow, even of an end: "I don't think it has stopped"."""
+"""Words that deny the words after them, even the end of a fire: "I don't think it has stopped"."""
 
 LASTING = "still|continues|keeps|again|not over|ongoing|raging|getting|growing|spreading|bigger|worse"
 LASTING_JAPANESE = "まだ|今も|依然|再び"
-"""Statements that a fire continues; then the end of another fire cancels nothing."""
+"""Words that say that a fire continues. With them, the end of another fire cancels no warning."""
 
 MISTAKEN = (
     "(?:only|just|merely|nothing but|simply) (?:a |an |the |some "
@@ -280,7 +280,7 @@ MISTAKEN_JAPANESE = (
 STATED = (
     "there|here|i|i'm|i've|we|we're|it|it's|that|this|the|a|an|my|our|he|she|they|agent|watch|beware|careful|warning|be"
 )
-"""First words of a statement before a question in one sentence: "there is a fire, shall we go?"."""
+"""Words with which a statement can begin before a question in the same sentence: "there is a fire, shall we go?"."""
 
 ASKED_JAPANESE = "(?<!ません)(?<!ない)(?<!でしょ)か$|(?<!ない)でしょうか$|かな$"
 """Marks of a question without a question mark."""
@@ -318,4 +318,4 @@ FACTIVE_JAPANESE = (
 
 LINKS = "but|and|so|because|since|while|although|though|however|as|then|due to"
 LINKS_JAPANESE = "(?<=[すただい])(?:が|けれども?|けど|ので|から|ため|し)"
-"""Characters that begin a further clause."""
+"""Words at which the text is split into clauses."""
