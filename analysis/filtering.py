@@ -15,7 +15,7 @@ from foundry.storing.store import Condition, expand_ranges, write_atomically
 FILTER_FILE = "filter.json"
 _KNOWN = ("world", "model", "prompt", "seed", "sampling_seed")
 _NOT_OF_BASELINES = ("prompt", "sampling_seed")
-"""Settings that do not filter baselines, because scripted policies ignore them."""
+"""Settings by which baselines are not filtered, because scripted policies ignore these settings."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Finds the analysis of a form of records: its arrays, figures and words.
 
-It is in `analysis/<form>/` or in your own `forms/<form>.py`. A form without its own analysis has that of any form.
+The analysis of a form is in `analysis/<form>/`, or in your own `forms/<form>.py`. A form without an analysis of its own
+gets the analysis `any`, which can read every form.
 """
 
 from __future__ import annotations
@@ -29,11 +30,11 @@ if TYPE_CHECKING:
     from analysis.plots import Picture
 
 ANY = "any"
-"""Name of the form that can read all runs, by the keys that all forms share."""
+"""Name of the analysis that can read runs of every form, because it uses only the keys that all forms share."""
 
 
 class NoDecisionsError(RecordError):
-    """The lines of a run are not decisions, and its world, recorded by 0.1, has no declaration."""
+    """The lines of a run, recorded by foundry 0.1, are not decisions, and the run's world declares no schema."""
 
 
 class Records(Protocol):
@@ -53,7 +54,7 @@ class Records(Protocol):
         """Return the keys that all forms share, such as `step`, `agent` and `action`, as columns."""
 
     def arrays(self, folder: RunFolder) -> Any:
-        """Return a complete run as arrays, in the form's class `run`.
+        """Return a complete run as arrays, in the class that `FormAnalysis.run` names.
 
         Raises:
             NoDecisionsError: the world has no schema, and the lines are not decisions.
@@ -90,7 +91,7 @@ class Figures(Protocol):
     """Collects the facts that figures show, run by run, so that no run stays in memory."""
 
     def add(self, shown: Shown, run: Any, seed: int) -> None:
-        """Add the facts of a run."""
+        """Collect from a run what the figures need."""
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
         """Return the plots, with the groups in the given order."""
@@ -109,7 +110,7 @@ def _no_doubts(_: Sequence[Labelling]) -> Mapping[str, str]:
 
 @dataclass(frozen=True)
 class Words:
-    """Texts about runs of a form.
+    """Words that summaries and tables use for runs of one form.
 
     Attributes:
         unread: effect of unreadable replies, as the end of a sentence that begins with "the others".
@@ -144,7 +145,7 @@ def _schema_of_any(declared: Declared) -> pa.Schema:
 
 @dataclass(frozen=True)
 class Twin:
-    """Describes pairs of runs whose worlds differ in only one setting.
+    """Says which runs form pairs that differ in one setting only, the run and its twin.
 
     Attributes:
         told: value of the setting in the runs that are compared with their twins; it is also the default.
@@ -158,7 +159,7 @@ class Twin:
 
 @dataclass(frozen=True)
 class FormAnalysis:
-    """The analysis of a form; everything but the name is optional.
+    """How foundry analyses runs of one form; every attribute but the name is optional.
 
     Attributes:
         run: class of its runs as arrays; signatures annotate their argument with it. Defaults to the class of any form.
@@ -190,7 +191,7 @@ class FormAnalysis:
 
 
 def form_of(name: str) -> FormAnalysis:
-    """Return the analysis of a form: a shipped one, the user's own, or else that of any form.
+    """Return the analysis of a form: foundry's, else the user's own, else the analysis `any`.
 
     Raises:
         InputError: the user's own analysis cannot be used, or has the name of a shipped one.
@@ -199,7 +200,7 @@ def form_of(name: str) -> FormAnalysis:
 
 
 def forms_of(folders: Iterable[RunFolder]) -> list[FormAnalysis]:
-    """Return the forms of the given runs, in the order of first runs."""
+    """Return the analyses of the runs' forms, each form once, in the order in which the forms first occur."""
     return [form_of(name) for name in dict.fromkeys(folder.declared.form for folder in folders)]
 
 

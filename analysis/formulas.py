@@ -25,7 +25,7 @@ def mean(values: Iterable[float]) -> float:
 
 
 def spread(values: FloatArray) -> float:
-    """Return the standard deviation (ddof 1) of values (n,) of any magnitude; NaN below two values."""
+    """Return the standard deviation (ddof 1) of values (n,), without overflow; NaN below two values."""
     size = float(np.abs(values).max(initial=0))
     return size * float(np.std(values / (size or 1), ddof=1)) if len(values) > 1 else math.nan
 
@@ -113,7 +113,7 @@ def longest_run(flags: BoolArray) -> int:
 
 
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Return the times of events, and the Kaplan-Meier estimate of the survival function S from each of them on.
+    """Return the times of events, and the Kaplan-Meier estimate of the survival function S from each of these times on.
 
     S is 1 before the first event, and constant between events. At the same time, events count before the ends of
     observations. Source: Kaplan and Meier 1958.

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:
-    """Return the values of one measure for each group that has it."""
+    """Return the values of one measure, for each group in which it is defined."""
     return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
 
 
 def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | None = None) -> Scale:
-    """Return the scale of a measure, with its null, and the means of policies on which all worlds agree."""
+    """Return a measure's limits, its null, and the best policy's mean if this is the same in all worlds."""
     known = comparison.describe(measure)
     rows = None if validation is None else validation[validation["measure"] == measure]
     random, best = (math.nan if rows is None else agreed(rows[name]) for name in ("random", "best"))
@@ -33,7 +33,7 @@ def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | No
 
 
 def agreed(values: pd.Series[float]) -> float:
-    """Return the value that all rows share, or NaN if they differ or there are none."""
+    """Return the value if all rows have the same one, else NaN; NaN also without rows."""
     return float(values.iloc[0]) if values.nunique(dropna=False) == 1 else math.nan
 
 
@@ -52,7 +52,7 @@ def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
 
 
 def pairs_of(contrasts: pd.DataFrame, measure: str, names: Mapping[str, str]) -> list[Pair]:
-    """Return the paired differences of one measure, over all decisions."""
+    """Return the paired differences of one measure, computed with unreadable decisions too."""
     rows = contrasts[(contrasts["measure"] == measure) & ~contrasts["readable_only"].astype(bool)]
     return [_pair(row, names) for row in rows.to_dict("records")]
 
@@ -73,7 +73,7 @@ def _pair(row: Mapping[Any, Any], names: Mapping[str, str]) -> Pair:
 
 
 def fingerprint_map(found: Fingerprint) -> FingerprintMap:
-    """Return a fingerprint with its groups in the order of the dendrogram."""
+    """Return a fingerprint with the groups sorted as in its dendrogram, in which similar groups are neighbours."""
     levels = [str(level) for level in found.levels]
     order, merges = dendrogram(found.linkage, found.support, len(levels))
     values = found.z.to_numpy(dtype=np.float64)[order]
@@ -86,7 +86,7 @@ def fingerprint_map(found: Fingerprint) -> FingerprintMap:
 
 
 def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[Merge]]:
-    """Return the order in which a dendrogram shows the leaves, and its merges at positions in this order.
+    """Return the order of a dendrogram's leaves, and the dendrogram's merges, whose positions refer to this order.
 
     Args:
         linkage: the merges (count - 1, 4), as in `analysis.stats.fingerprint.Fingerprint`, or None.

@@ -35,12 +35,12 @@ class Member:
 
     @property
     def failed(self) -> bool:
-        """Whether a failure ended the run."""
+        """Whether the run ended because of a failure."""
         return self.status == FAILED
 
     @property
     def decisions(self) -> int:
-        """Number of decisions about actions."""
+        """Number of decisions that choose an action."""
         return sum(self.summary.counts.outcomes.values()) if self.summary else 0
 
     @property

@@ -19,7 +19,7 @@ from analysis.tables.texts import number, with_interval
 
 
 def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
-    """Return, as text, the means of groups with 95 % intervals, and the marked values of the scale."""
+    """Return, as text, the means of groups with 95 % intervals, then chance alone and the best policy."""
     means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
     marks = [
         f"{what} {number(value)}"
@@ -41,7 +41,7 @@ _PAIRS = (
 )
 
 MOST_PANELS = 24
-"""Maximum number of measures in a plot; worlds can have many actions and places, each with a measure."""
+"""Maximum number of measures in a plot; in some worlds every action or place has a measure of its own."""
 
 
 def every_picture(
@@ -60,7 +60,7 @@ def every_picture(
 
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
-    """Return the short names of compared groups and contexts, which every plot of differences uses."""
+    """Return the letters that stand for compared groups and contexts in every plot of differences."""
     ordered = dict.fromkeys(part for one in shown for part in one.group)
     named = {*contrasts["reference"], *contrasts["level"]}
     contexts = [context for context in dict.fromkeys(map(str, contrasts["context"])) if context]
@@ -112,7 +112,7 @@ def forest_picture(
 
 @dataclass(frozen=True)
 class Standardised:
-    """A cell of the heatmap."""
+    """The standardised mean of one measure in one group: a cell of the heatmap."""
 
     measure: str
     group: str

@@ -10,11 +10,11 @@ from analysis.findings.moments import Moment
 
 FILE = "findings.json"
 STANDS, DESCRIBES = "stands", "describes these runs"
-"""The values of `standing`: a significant difference that was declared, or anything else."""
+"""The values of `standing`: STANDS for a significant difference that was declared, else DESCRIBES."""
 
 
 class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A finding with its numbers; undefined numbers are null.
+    """A finding with its numbers; JSON `null` stands for a number that is undefined.
 
     Attributes:
         sentence: the finding in words.
@@ -76,7 +76,7 @@ def write_findings(folder: Path, records: Sequence[FindingRecord]) -> Path:
 
 
 def findings_frame(content: bytes) -> pd.DataFrame:
-    """Return the findings of a file as a table, one row per finding; `moments` holds lists of mappings.
+    """Return the findings of `findings.json` as a table, one row per finding; `moments` holds lists of mappings.
 
     Raises:
         msgspec.MsgspecError: the content is not a list of findings.

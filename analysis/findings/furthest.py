@@ -27,7 +27,7 @@ class FarRun(msgspec.Struct, frozen=True):
         measure: name of the measure, such as `exploration.coverage`.
         value: value of the run, as text.
         mean: mean of the run's group, as text.
-        distance: distance between both, in standard deviations within groups.
+        distance: distance between the run's value and this mean, in standard deviations within groups.
     """
 
     run: str
@@ -41,7 +41,7 @@ class FarRun(msgspec.Struct, frozen=True):
 def furthest(
     compared: Comparison, members: Sequence[Member], table: pd.DataFrame, measures: Sequence[str]
 ) -> tuple[FarRun, ...]:
-    """Return the runs furthest from the mean of their group, each in the measure in which it is furthest.
+    """Return the runs that are furthest from the mean of their group, with the measure in which each run is furthest.
 
     Distances are in standard deviations within groups, pooled over the groups of a measure.
     """
@@ -83,7 +83,7 @@ def _of_measure(
 
 
 def write_overview(folder: Path, matrix: Matrix, far: Sequence[FarRun]) -> Path:
-    """Write `overview.json` with the matrix and the furthest runs, and return its path."""
+    """Write the matrix and the furthest runs to `overview.json`, and return the path of the file."""
     path = folder / "overview.json"
     path.write_bytes(msgspec.json.encode({"matrix": matrix, "furthest": far}) + b"\n")
     return path

@@ -16,11 +16,11 @@ from foundry.worlds.compared import Compared, Line, compared_of
 MESSAGE = "message"
 """The kind of the question for a message, in worlds that ask for messages separately."""
 PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same prompt except for the agent's own earlier words"
-"""Degrees of similarity of two questions."""
+"""Ways in which the prompts of two questions can count as equal."""
 LONGEST_REPLY = 2_000
 """Maximum number of recorded characters of a reply."""
 SHORTEST_WORDS = 12
-"""Minimum number of characters of an agent's own text that is removed from its prompt; a shorter one could be part of
+"""An agent's own texts are removed before prompts are compared, but no text shorter than this: it could be part of
 another text.
 """
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
@@ -126,7 +126,7 @@ class _Lines:
         self._own_words: dict[int, list[tuple[float, str]]] = {}
 
     def of(self, key: Numbered) -> Line | None:
-        """Return the recorded decision of a question; a line without a kind counts for each kind of question."""
+        """Return the recorded decision of a question; a line without a kind answers questions of every kind."""
         (step, agent, kind), again = key
         self._read(step)
         same_kind = (line for line in self._by_place.get((step, agent), ()) if line.get("kind", kind) == kind)
@@ -185,7 +185,7 @@ def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) ->
 
 
 def _differ(key: Numbered, lines: Sequence[_Lines], compared: Compared) -> bool:
-    """Return whether two readable decisions differ; messages differ if only one of the two agents spoke."""
+    """Return whether both decisions are readable and differ; messages differ if only one agent spoke."""
     is_message = key[0][2] == MESSAGE
     outcome = "message_outcome" if is_message else "outcome"
     first, second = lines[0].of(key), lines[1].of(key)

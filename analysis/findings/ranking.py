@@ -18,9 +18,10 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Finding:
-    """A level of a factor, such as a model, that differs from other levels in one measure and one direction.
+    """A result such as "model a moves more than models b and c": a level that differs from others in one direction.
 
-    If no test shows a difference, the finding is the largest gap between two levels.
+    If no test shows a difference in the measure, the finding is the largest gap: the two levels with the largest
+    difference.
 
     Attributes:
         rows: the rows of the contrasts on which it is based, one per level from which it differs; one row for a gap.
@@ -43,22 +44,22 @@ class Finding:
 
     @property
     def differs(self) -> bool:
-        """True for a significant difference, False for a gap."""
+        """True if a test shows the difference, False for a gap, which no test shows."""
         return kind_of(self.rows[0]) == DIFFERENT
 
     @property
     def stands(self) -> bool:
-        """True if every row is significant and was declared before the runs."""
+        """True if every row of the finding is significant and was declared before the runs."""
         return self.differs and all(row["claim"] == DECLARED for row in self.rows)
 
     @property
     def is_equal(self) -> bool:
-        """True if the difference is zero up to rounding."""
+        """True if the smallest difference of the finding is zero up to rounding."""
         return bool(abs(self.closest["difference"]) < _ROUNDING)
 
     @property
     def closest(self) -> Row:
-        """The row with the smallest difference."""
+        """The row of the contrasts, among `rows`, with the smallest absolute difference."""
         return min(self.rows, key=lambda row: abs(row["difference"]))
 
     @property
@@ -68,36 +69,36 @@ class Finding:
 
     @property
     def effect(self) -> float:
-        """The smallest standardised difference; infinite if the difference is the same in every seed."""
+        """The smallest standardised difference among the rows; infinite if it is the same in every seed."""
         return min(map(effect, self.rows))
 
     @property
     def p(self) -> float:
-        """The largest adjusted p of its rows."""
+        """The largest adjusted p value among the finding's rows."""
         return max(float(row["p_adjusted"]) for row in self.rows)
 
     @property
     def is_of_all(self) -> bool:
-        """True if the level differs from all other levels, and there are several."""
+        """True if the level differs from all other levels, and there are at least two others."""
         return 1 < len(self.rows) == self.compared
 
     def others(self, names: Mapping[str, str]) -> str:
-        """Return the names of the levels from which it differs, as text."""
+        """Return the names of the levels from which the finding's level differs, as text."""
         return joined(named(self.rows[0], names.get(level, level)) for level in self.other_levels)
 
     @property
     def other_levels(self) -> tuple[str, ...]:
-        """The levels from which it differs."""
+        """The levels from which the finding's level differs."""
         return tuple(other_level(row, self.level) for row in self.rows)
 
     @property
     def own(self) -> float:
-        """The level's mean, over the seeds of the first pair if the pairs have different seeds."""
+        """The level's mean over the seeds of the first row; other rows can have other seeds."""
         return _means(self.rows[0], self.level)[0]
 
     @property
     def others_range(self) -> tuple[float, float]:
-        """The smallest and the largest mean of the others."""
+        """The smallest and the largest mean of the levels from which the finding's level differs."""
         means = [_means(row, self.level)[1] for row in self.rows]
         return min(means), max(means)
 
@@ -119,11 +120,11 @@ class Finding:
 
     @property
     def seeds(self) -> int:
-        """The smallest number of seeds of its rows."""
+        """The smallest number of seeds among the finding's rows."""
         return min(int(row["n_pairs"]) for row in self.rows)
 
     def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
-        """Return the finding as a sentence without its test; a gap is described as true of these runs only."""
+        """Return the finding as a sentence without its test. For a gap, the sentence begins with "In these runs"."""
         said = self.line(sides, {}, contexts)
         if len(self.rows) > 1:
             said += f", smallest difference {upright(self.closest)}"
@@ -155,7 +156,7 @@ class Finding:
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:
-    """Return one finding per measure, factor and context.
+    """Return one finding for each measure, swept setting (factor) and combination of the other settings (context).
 
     If differences are significant, the finding is about the level that differs from most other levels in one direction.
     Otherwise it is the largest gap. Significant findings come first, then findings about models, then the largest
@@ -200,13 +201,13 @@ def _finding(own: Sequence[Row], level: str, higher: bool, rows: Sequence[Row]) 
 
 
 def measures_to_test(ranked: Sequence[Finding]) -> list[str]:
-    """Return the measures to test with new seeds: those with the largest gaps whose interval excludes 0."""
+    """Return at most MOST_TESTED measures to test with new seeds; gaps whose interval includes 0 are left out."""
     measures = dict.fromkeys(finding.measure for finding in ranked if finding.excludes_zero or finding.differs)
     return list(measures)[:MOST_TESTED]
 
 
 def effect(row: Row) -> float:
-    """Return the standardised difference of a row: infinite if all seeds agree, 0 if there are too few."""
+    """Return the standardised difference of a row: infinite if it is the same in all seeds, 0 with too few seeds."""
     size = abs(float(row["g_z"]))
     if math.isnan(size):
         return math.inf if abs(row["difference"]) > 0 else 0.0
@@ -214,14 +215,14 @@ def effect(row: Row) -> float:
 
 
 def upright(row: Row) -> str:
-    """Return by how much the higher level of a row is higher, with the interval if there is one."""
+    """Return the difference of a row's two levels without sign, with the interval if there is one."""
     difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
     size, least, most = rounded((difference, low, high) if difference >= 0 else (-difference, -high, -low))
     return size if math.isnan(low) else f"{size} [{least}, {most}]"
 
 
 def other_level(row: Row, level: str) -> str:
-    """Return the level with which a row compares the given level."""
+    """Return the other one of the two levels that a row compares."""
     return str(row["reference"] if str(row["level"]) == level else row["level"])
 
 

@@ -28,7 +28,7 @@ MOST_SEEDS = 12
 
 
 class Runs:
-    """The complete runs of each group with their values, in which example moments are searched."""
+    """The complete runs of each group with the values of their measures; example moments are searched in these runs."""
 
     def __init__(self, compared: Comparison, members: Sequence[Member], table: pd.DataFrame) -> None:
         factors = find_factors(
@@ -75,7 +75,7 @@ class Runs:
         return tuple(by_seed.values())[:MOST_MOMENTS], ""
 
     def _typical(self, group: Group, measure: str) -> dict[int, list[Member]]:
-        """Return, by seed, the runs whose value lies between the quartiles of the group, both rounded outwards."""
+        """Return, by seed, the runs with a typical value: between the lower and the upper quartile of the group."""
         column = self._table[measure].to_numpy(dtype=np.float64)
         known = [(place, member) for place, member in self._rows.get(group, []) if not math.isnan(column[place])]
         if not known:
@@ -90,7 +90,7 @@ class Runs:
 
 
 class Examples(Protocol):
-    """Finds example moments of findings."""
+    """Finds moments that show the difference of a finding in recorded runs."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
         """Return the earliest example moments of a row, one per seed, or the reason why there are none."""
@@ -99,7 +99,7 @@ class Examples(Protocol):
 def records_of(
     ranked: Sequence[Finding], sides: Sides, examples: Examples, doubted: Collection[str] = ()
 ) -> list[FindingRecord]:
-    """Return the findings with a difference as records; those of doubted signatures support no claims."""
+    """Return the findings with a difference as records; for a doubted signature, `standing` is DESCRIBES."""
     contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
     return [
         _record(

@@ -1,4 +1,4 @@
-"""Builds a matrix with a row per group and a column per world, or per measure if there is only one world."""
+"""Builds a table of all groups: one row per group, one column per world. With only one world, a column is a measure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from analysis.tables.texts import with_intervals
 from analysis.validation.facts import facts_of
 
 MOST_MEASURES = 5
-"""Maximum number of measures in the matrix of a single world."""
+"""If there is only one world, the matrix shows at most this number of measures."""
 
 
 class MatrixCell(msgspec.Struct, frozen=True):
@@ -96,7 +96,7 @@ def matrix(
     validation: pd.DataFrame,
     measures: Sequence[str],
 ) -> Matrix:
-    """Return the matrix; if there is only one world, its columns are the first of the given measures."""
+    """Return the matrix of groups by worlds, or, with only one world, by the first MOST_MEASURES measures."""
     worlds = _worlds(members)
     names = list(dict.fromkeys(worlds.values()))
     keys = _row_keys(compared.group_columns, [one for one in shown if not one.baseline], several=len(names) > 1)

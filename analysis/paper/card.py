@@ -36,9 +36,9 @@ READING = (
     "the blind policy, which is then named in brackets. Best: the mean of the scripted policy that is best in this "
     "world. To run these policies, use foundry analyze DIR --baselines. A hyphen means that a value is unknown.",
 )
-"""The notes on a card."""
+"""The notes at the end of a model's card."""
 PROBES = " Probes are not shown, because they have tables of their own."
-"""The note on a card if some sweeps are probes."""
+"""The note on a model's card if some of the sweeps are probes."""
 _UNKNOWN = "-"
 
 
@@ -105,7 +105,7 @@ class _Measured:
 
     @property
     def name(self) -> str:
-        """The name of its folder."""
+        """The name of the sweep's folder."""
         return self.folder.path.resolve().name
 
     @property
@@ -210,7 +210,7 @@ def _table(sweep: _Measured, group: Group) -> Table:
 
 
 def _beside(sweep: _Measured, group: Group) -> Sequence[Group]:
-    """Return the other groups in the same world: models with equal settings, then baselines."""
+    """Return the groups that a card shows beside a group: other models in the same setting, then baselines."""
     compared, world = sweep.compared, sweep.first[group].config["world"]
     others = [other for other in compared.groups if other != group and sweep.first[other].config["world"] == world]
     at = compared.group_columns.index(MODEL)

@@ -22,24 +22,24 @@ from analysis.tables.texts import number, p_value, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
-"""Maximum number of lines, and maximum number of columns of a line."""
+"""Maximum number of lines of the whole ending, and of characters in a line."""
 MOST_NOTES, FEWEST_NOTES = 4, 2
-"""Maximum number of lines of notes: in general, and if the findings need much room."""
+"""Maximum number of lines of notes: usually MOST_NOTES, and FEWEST_NOTES if the findings need the room."""
 MOST_THRESHOLDS = 3
-"""Maximum number of thresholds."""
+"""Maximum number of sentences about thresholds."""
 LEAST_TABLE = 4
-"""Minimum number of lines of a table: an empty line, the head, one row, and a line on omitted rows."""
+"""Minimum number of lines of a table: an empty line, the head, one row, and a line that counts the omitted rows."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """The content of the last lines.
+    """The content of the lines with which an analysis ends on a terminal.
 
     Attributes:
         folders: folders of the sweeps, as in a command.
         again: function that returns the command for new seeds, from the measures to declare and the number of pairs.
         alone: sentence for a study that compares no groups.
-        means: names and values that follow this sentence.
+        means: names and values of means, to be shown below `alone`.
         one_sided: whether only values above 0 count as differences; then the means of groups are not shown.
         matrix: the matrix of groups by worlds, if there are several worlds.
     """
@@ -59,7 +59,7 @@ class Told:
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
-    """Return the last lines of an analysis; with the `printed` lines above, they are at most MOST_LINES."""
+    """Return the last lines of an analysis: at most MOST_LINES, minus the `printed` lines that already stand above."""
     width = min(width, WIDEST)
     study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
     look_at = _look_at(told.folders, told.tables)
@@ -75,7 +75,7 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
-    """Break a text into lines; `indent` begins the first line, and `further`, if given, the other lines."""
+    """Break a text into lines; `indent` begins the first line, `further` the other lines (by default `indent`)."""
     return textwrap.wrap(
         text,
         width,
@@ -118,7 +118,7 @@ def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[
 
 @dataclass(frozen=True)
 class _Shown:
-    """The declared rows, and the data to describe them.
+    """The rows of headline measures that the ending shows, and the data to describe them.
 
     Attributes:
         ranked: the findings in these rows, including gaps.
@@ -154,7 +154,7 @@ class _Shown:
 
     @cached_property
     def entries(self) -> Sequence[Sequence[str]]:
-        """The lines of each entry: first the findings, then the declared rows without a difference."""
+        """For each entry, its lines: first the findings, then the declared rows that show no difference."""
         declared = [row for row in self.rows if row["claim"] == DECLARED]
         others = [
             row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
@@ -167,7 +167,7 @@ class _Shown:
 
     @cached_property
     def title(self) -> Sequence[str]:
-        """The lines above the entries; if there are no entries, the reason."""
+        """The lines above the entries; without entries, they say why nothing can be claimed."""
         if not self.entries:
             return wrapped(nothing_claimed(self.rows), self.width)
         tests = tests_in(self.rows)
@@ -179,11 +179,11 @@ class _Shown:
         return wrapped(said, self.width)
 
     def is_cut(self, room: int) -> bool:
-        """Return whether some entries do not fit."""
+        """Return whether the entries need more than `room` lines."""
         return len(self.title) + sum(map(len, self.entries)) > room
 
     def body(self, room: int) -> list[str]:
-        """Return the entries, the table of the other measures and the command for new seeds, as far as they fit."""
+        """Return at most `room` lines: the entries, a table of the other measures, and the command for new seeds."""
         lines = list(self.title)
         for place, own in enumerate(self.entries):
             left = len(self.entries) - place
@@ -207,7 +207,7 @@ class _Shown:
         return [*lines, *again]
 
     def _scores(self) -> list[str]:
-        """Return the table of scores with a row per world; empty if there is only one world or too little room."""
+        """Return the table of scores with a row per world; no lines for a single world or if the table is too wide."""
         columns = self.told.matrix.columns if self.told.matrix else ()
         if self.told.matrix is None or len({column.world for column in columns}) < 2:
             return []
@@ -261,7 +261,7 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *,
 
 
 def nothing_claimed(rows: Sequence[Row]) -> str:
-    """Return a sentence that nothing can be claimed, with the most frequent reason."""
+    """Return a sentence that says that no difference was found; without any test, it gives the most frequent reason."""
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
     if silent.total() == len(rows):
         return f"No claim can be made: {silent.most_common(1)[0][0]}."
@@ -270,12 +270,12 @@ def nothing_claimed(rows: Sequence[Row]) -> str:
 
 
 def tests_in(rows: Sequence[Row]) -> int:
-    """Return the number of rows that were tested."""
+    """Return the number of rows with a test."""
     return sum(not math.isnan(row["p_adjusted"]) for row in rows)
 
 
 def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the names and means of the declared measures of all groups, for a study that compares nothing."""
+    """For a study that compares nothing, return each declared measure's name and mean in each group."""
     own = [group for group in compared.groups if group not in compared.baselines]
     cells = {
         measure + (f", {group_label(group)}" if len(own) > 1 else ""): compared.estimates[measure, group]

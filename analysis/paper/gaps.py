@@ -16,7 +16,7 @@ _SPACE = "  "
 def gap_lines(
     found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
-    """Return the lines of the table, with a column per level if they fit, else with the lowest and highest level."""
+    """Return the lines of the table: a column per level, or the lowest and highest level if there is no room."""
     levels = [level for level in names if any(level in gap.means for gap in found)]
     labels = [_label(gap, contexts, sides, 7 * width // 20) for gap in found]
     sizes = [upright(gap.rows[0]) for gap in found]
@@ -56,7 +56,7 @@ def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -
 
 
 def short_names(levels: Iterable[str]) -> dict[str, str]:
-    """Shorten the names of levels: a folder that all share is left out, and `…` replaces the middle of long names."""
+    """Shorten the names of levels: drop a folder that all names share, and replace the middle of long names by `…`."""
     known = list(dict.fromkeys(levels))
     folders = {level.rpartition("/")[0] for level in known}
     plain = {level: level.rpartition("/")[2] if len(folders) == 1 else level for level in known}
@@ -64,14 +64,14 @@ def short_names(levels: Iterable[str]) -> dict[str, str]:
 
 
 def shortened(names: Mapping[str, str], most: int) -> dict[str, str]:
-    """Replace the middle of names longer than `most` by `…`, but only as far as all names stay different."""
+    """Replace the middle of names longer than `most` by `…`; keep more of it if two names would become equal."""
     half = most // 2
     short = {key: name if len(name) <= most else f"{name[:half]}…{name[1 - half :]}" for key, name in names.items()}
     return short if len(set(short.values())) == len(set(names.values())) else shortened(names, most + 4)
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the rows as lines, with their cells aligned in columns."""
+    """Return one line of text per row, in which the cells of each column have the same width."""
     columns = [_padded(column) for column in zip(*rows, strict=True)]
     return [_SPACE.join(cells).rstrip() for cells in zip(*columns, strict=True)]
 

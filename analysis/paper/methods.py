@@ -26,7 +26,7 @@ from foundry.version import __version__
 _SAMPLING = frozenset(
     ("temperature", "top_p", "top_k", "min_p", "seed", "num_predict", "max_tokens", "num_ctx", "think", "format")
 )
-"""Sampling settings of a model, by the last part of their paths."""
+"""Settings of a model that count as sampling settings; each is the last part of a setting's path."""
 _UNSET = ("null", "None", "none", "")
 _INTERVALS = {
     STUDENT: "Student's t",

@@ -28,7 +28,7 @@ DIFFERENT, SAME, NOTHING, SILENT = (
     "without a difference",
     "undecided",
 )
-"""The kinds of rows of the contrasts."""
+"""The results that a row of the contrasts can have."""
 READABLE = "outcome.readable"
 LEVEL = f"{ALPHA:g}".removeprefix("0")
 _ROUNDING = 1e-9
@@ -44,11 +44,11 @@ Row = Mapping[Any, Any]
 
 @dataclass(frozen=True)
 class Sides:
-    """The facts about groups that sentences need.
+    """The facts about groups of runs that a sentence about a difference needs.
 
     Attributes:
         unread: share of unreadable decisions, by factor, level and context.
-        twins: rows over readable decisions only, by measure, factor, level, reference and context.
+        twins: the same comparisons over readable decisions only, by measure, factor, level, reference and context.
         runs: class of the runs by factor, level and context; it determines the titles of measures.
         words: descriptions of measures that belong to no signature, by name.
     """
@@ -68,7 +68,7 @@ class Sides:
         forms: Mapping[Group, FormAnalysis],
         readings: Mapping[str, Reading] | None = None,
     ) -> "Sides":
-        """Take the facts from the tables."""
+        """Take the facts from the contrasts, the compared groups and their forms."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
         factors = find_factors(columns, own)
@@ -84,17 +84,17 @@ class Sides:
         return cls(unread, twins, models, runs, readings=readings or {})
 
     def describe(self, row: Row) -> Measure:
-        """Return the description of the measure of a row."""
+        """Return the description of a row's measure."""
         measure = str(row["measure"])
         run = self.runs.get((row["factor"], row["level"], row["context"]))
         return self.words.get(measure) or describe(measure, run)
 
     def reading(self, row: Row) -> Reading:
-        """Return who labelled the texts behind a row; both texts are empty if nobody did."""
+        """Return who labelled the texts from which a row's measure is computed; empty if the measure uses no labels."""
         return self.readings.get(str(row["measure"]), Reading("", ""))
 
     def twin(self, row: Row) -> Row | None:
-        """Return the row with the same comparison over readable decisions only, or None."""
+        """Return the row that makes the same comparison over readable decisions only, or None."""
         return self.twins.get(_key(row, str(row["measure"])))
 
 
@@ -103,7 +103,7 @@ def _key(row: Row, measure: str) -> tuple[str, ...]:
 
 
 def kind_of(row: Row) -> str:
-    """Return the kind of a row: DIFFERENT, SAME, NOTHING or SILENT."""
+    """Return the result of a row: DIFFERENT, SAME, NOTHING (no difference found) or SILENT (undecided)."""
     if row["significant"]:
         return DIFFERENT
     if row["equivalent"]:
@@ -112,7 +112,7 @@ def kind_of(row: Row) -> str:
 
 
 def why_silent(row: Row) -> str:
-    """Return the reason why a row was not tested, or could not have become significant."""
+    """Return why a row has no test, or why its test could not have become significant."""
     if row["out_of_reach"]:
         return str(row["out_of_reach"])
     why = str(row["test"]).removeprefix(NOT_TESTED)
@@ -165,7 +165,7 @@ def _silent(row: Row, sides: Sides) -> str:
 
 
 def _whose(row: Row, sides: Sides) -> str:
-    """Return the model that acts in a comparison between settings."""
+    """Return the name of the model whose runs a comparison of two settings compares, or "the model"."""
     named = [part.removeprefix(f"{MODEL}=") for part in str(row["context"]).split(", ") if part.startswith(f"{MODEL}=")]
     named += sides.models if len(sides.models) == 1 else []
     return named[0] if named else "the model"
@@ -176,7 +176,7 @@ def _both(row: Row) -> str:
 
 
 def named(row: Row, level: str) -> str:
-    """Return the name of a level of a row, with its factor unless it is a model."""
+    """Return a level as sentences name it: a model by its name, another level as `factor=level`."""
     return level if row["factor"] == MODEL else f"{row['factor']}={level}"
 
 
@@ -206,7 +206,7 @@ def equals_p(p: float) -> str:
 
 
 def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
-    """Yield the limitations of a row's result, in words."""
+    """Yield phrases that limit the result of a row, such as "the interval goes beyond the margin"."""
     kind, has_margin = kind_of(row), not math.isnan(row["margin"])
     if kind != DIFFERENT and (reading := sides.reading(row).text):
         yield reading
@@ -237,7 +237,7 @@ def _missing(row: Row) -> str:
 
 
 def _not_the_same(row: Row) -> str:
-    """Return, in words, how many seeds differ by less than the margin, and what would be needed to show equality."""
+    """Return, in words, in how many seeds the difference is within the margin, and how equality could be shown."""
     n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
     share = f"up to {100 * most_beyond(within, n):.0f} % of all seeds could differ by more (95 %)"
     cases = f"all {n}" if within == n else f"{within} of {n}"

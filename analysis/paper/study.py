@@ -11,13 +11,13 @@ from analysis.tables.comparison import Comparison
 from foundry.texts import counted
 
 _SIZES = ("agents", "steps", "rounds")
-"""Settings of a world that state its size."""
+"""Settings of a world that say how large it is."""
 _LEFT_OUT = ("seed", "output.dir", "until", "view")
-"""Settings that a command for new seeds leaves out, because they change or do not matter."""
+"""Settings that the command for new seeds does not repeat: they get new values or change no result."""
 
 
 def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Sequence[str]) -> str:
-    """Describe a study in one line: the compared groups, their world, and whether claims were declared."""
+    """Describe a study in one line, such as "2 models x 20 seeds, world square, declared"."""
     own = [group for group in compared.groups if group not in compared.baselines]
     levels = {compared.group_columns[at]: len({group[at] for group in own}) for at in telling_apart(own)}
     seeds = max((len(compared.values[group]) for group in own), default=0)
@@ -38,7 +38,7 @@ def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Seq
 def on_new_seeds(
     asked: Sequence[Sequence[str]], seeds: Collection[int], measures: Sequence[str], pairs: int, alpha: float
 ) -> str:
-    """Return the command that declares measures and runs a sweep again with new seeds (see `new_seeds`)."""
+    """Return the `foundry preregister` command that declares measures and repeats a sweep's settings with new seeds."""
     values: dict[str, list[str]] = {}
     for overrides in asked:
         for override in overrides:
@@ -54,12 +54,12 @@ def on_new_seeds(
 
 
 def new_seeds(seeds: int, pairs: int, alpha: float) -> int:
-    """Return how many new seeds to run: as many as before, or more if a test needs more after correction for pairs."""
+    """Return how many new seeds to run: as many as before, or more if a test of `pairs` corrected pairs needs them."""
     return max(seeds, fewest_pairs(alpha / max(pairs, 1)) or 0)
 
 
 def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return the fewest columns that distinguish all rows; the first column is always one of them."""
+    """Return columns that tell all rows apart: the first column, and others only where needed."""
     columns = list(range(len(rows[0]))) if rows else []
     for column in columns[:0:-1]:
         others = [at for at in columns if at != column]
@@ -69,7 +69,7 @@ def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
 
 
 def short_contexts(contexts: Iterable[str]) -> dict[str, str]:
-    """Shorten contexts to the part that distinguishes them, such as `world=office, prompt=office` to `office`."""
+    """Shorten contexts to the settings in which they differ, such as `world=office, prompt=office` to `office`."""
     parts = {context: tuple(context.split(", ")) for context in dict.fromkeys(contexts)}
     if len(set(map(len, parts.values()))) > 1:
         return {context: context for context in parts}

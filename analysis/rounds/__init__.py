@@ -28,7 +28,7 @@ WORDS = Words(
 
 @dataclass(frozen=True)
 class RoundsRecords(AnyRecords):
-    """The lines of all record files of one run.
+    """The recorded lines of one run, from all files that its world writes.
 
     Attributes:
         streams: lines of the files that only this world declares, by the file's name.

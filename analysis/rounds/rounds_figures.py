@@ -29,7 +29,7 @@ class RoundsFigures:
         self._actions: dict[str, Actions] = {}
 
     def add(self, shown: Shown, run: RoundsRun, seed: int) -> None:
-        """Add a group's run."""
+        """Collect from a run what the figures of its group need."""
         if seed == self._seed:
             self._examples.setdefault(shown, run)
         self._actions |= {kind: run.declared.actions[kind] for kind in kinds_of(run)}
@@ -53,7 +53,7 @@ class RoundsFigures:
         return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn, data=panels)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
-        """Return each label that gets a panel, and the panel's title; the idle label gets none if there are others."""
+        """Return each label that gets a panel, with the panel's title; the idle label only if there is no other."""
         known = self._actions[kind]
         if not known.labels:
             return [("", f"{kind} (mean)")]
@@ -89,7 +89,7 @@ def kinds_of(run: RoundsRun | None) -> list[str]:
 
 
 def values_of(run: RoundsRun, kind: str) -> FloatArray:
-    """Return decisions as numbers, or as indices of labels, (N, T); NaN without a readable decision."""
+    """Return the decided numbers, or the indices of the chosen labels, (N, T); NaN where no decision is readable."""
     if not run.declared.actions[kind].labels:
         return np.where(run.was_read(kind), run.numbers(kind), np.nan).T
     choices = run.choices(kind)

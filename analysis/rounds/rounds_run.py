@@ -11,7 +11,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray, TextArray
 
 Values = TypeVar("Values", BoolArray, IntArray, FloatArray)
 NONE = -1
-"""Index that stands for no choice."""
+"""Stands for the index of a choice if there is none."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class RoundsRun(AnyRun):
         return self.placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)
 
     def column(self, kind: str, key: str) -> FloatArray:
-        """Return the values of a key of this world's decisions as numbers, (T, N); NaN where it is null."""
+        """Return the values of one key of the decisions as numbers, (T, N); NaN where a value is null."""
         values = np.array([np.nan if one is None else one for one in self.columns[key].tolist()], dtype=np.float64)
         return self.placed(kind, values, fill=np.nan)
 

@@ -1,1 +1,1 @@
-"""The signatures of runs of worlds of rounds, one module each."""
+"""The signatures for runs in rounds, one module each."""

@@ -114,7 +114,7 @@ def _score(distances: FloatArray, capacity: float) -> float:
 
 
 def _alternation(crowded: FloatArray) -> float:
-    """Return the share of successive pairs of flags, (T,), that differ, minus its mean over all orders."""
+    """Return the share of neighbouring evenings that differ in `crowded`, (T,), minus its mean over all orders."""
     number, full = len(crowded), float(crowded.sum())
     turns = float((crowded[1:] != crowded[:-1]).sum())
     return ratio(turns, number - 1) - ratio(2 * full * (number - full), number * (number - 1.0))

@@ -28,7 +28,7 @@ def applies(run: RoundsRun) -> bool:
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return how long the stock lasts, and what agents catch.
+    """Return for how many months the stock lasts, and how much each agent catches.
 
     A catch is the amount received, which may be less than the amount wanted. The catches of an outsider are left out.
 

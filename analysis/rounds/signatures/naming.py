@@ -37,7 +37,7 @@ HEADLINE = ("success", "converged", "rounds", "names")
 
 
 def applies(run: RoundsRun) -> bool:
-    """Return whether pairs of agents meet and say names: the world declares decisions to say and meetings."""
+    """Return whether agents meet in pairs and say names: the world declares `say` decisions and meetings."""
     return SAY in run.declared.actions and run.declared.streams.get(MEETINGS, {}).keys() >= KEYS
 
 

@@ -28,7 +28,7 @@ MEASURES = {
 }
 
 _FEWEST_ROUNDS = 10
-"""Minimum number of rounds for `conditional`. Lines fitted to fewer rounds leave a slope by chance."""
+"""Minimum number of rounds for `conditional`. With fewer rounds, chance alone gives a slope."""
 
 HEADLINE = ("score", "trend", "conditional", "free_riders", "efficiency", "punishing", "antisocial")
 
@@ -39,7 +39,7 @@ def applies(run: RoundsRun) -> bool:
 
 
 def measure(run: RoundsRun) -> dict[str, float]:
-    """Return how agents give, from their counted contributions: c tokens out of h.
+    """Return how much agents give; in each counted decision an agent contributes c of the h tokens that it has.
 
     - score: 100 (1 - mean of c / h), for agents with tokens; it rewards free riding. Source: GAMABench.
     - contribution: mean of c, tokens.
@@ -83,7 +83,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _trend(shares: FloatArray) -> float:
-    """Return the slope over the rounds of the mean share in each round; shares are (T, N)."""
+    """Return the slope of a line fitted to each round's mean share; shares are (T, N)."""
     known = ~np.isnan(shares)
     rounds = np.flatnonzero(known.any(axis=1))
     if len(rounds) < 2:
@@ -116,7 +116,7 @@ def _efficiency(run: RoundsRun, counts: BoolArray) -> float:
 
 
 def _punishment(run: RoundsRun, given: FloatArray) -> dict[str, float]:
-    """Return the measures of punishment. Label 0 is nobody, and label 1 is agent 0."""
+    """Return the measures of punishment. In a decision to punish, label 0 means nobody, and label 1 means agent 0."""
     counts, whom = run.counts(PUNISH), run.choices(PUNISH) - 1
     punishing = counts & (whom >= 0)
     rounds, agents = np.nonzero(punishing)
