@@ -81,7 +81,7 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Reply(msgspec.Struct, frozen=True, kw_only=True):
-    """The reply to a request. The answer cache stores all of it.
+    """The reply to a request. The answer cache stores every field of a reply.
 
     Attributes:
         thinking: the separate thinking text, or None.
@@ -164,7 +164,7 @@ class ModelInfo:
 
     @property
     def identity(self) -> str | None:
-        """The hash that must not change during a sweep; None if the server reports none."""
+        """Hash of the model that must not change during a sweep; None if the server reports no hash."""
         return self.weights or self.digest
 
 
@@ -184,7 +184,7 @@ class Loaded:
 
     @classmethod
     def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
-        """Combine the reports of several servers: add the slots, take the shortest context and the largest share."""
+        """Return the sum of the servers' slots, their shortest context, and their largest share on the CPU."""
         servers = list(servers)
         slots = [server.slots for server in servers]
         lengths = [server.context_length for server in servers if server.context_length is not None]
@@ -309,7 +309,7 @@ class Model(ABC):
         return Loaded()
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether the calls of a run suit the server that has the most room now."""
+        """Return a function of a run's id: whether the server with the most room now should take a call of this run."""
         return every_run
 
     @property
@@ -371,7 +371,7 @@ class RequestKeys:
 
     @classmethod
     def of(cls, source: Source) -> RequestKeys:
-        """Return the keys of a model that is known only from records."""
+        """Return an object that makes the keys of a model that is known only from records."""
         keys = cls.__new__(cls)
         keys._prefix = _prefix(source.model, source.digest, source.parameters)
         return keys

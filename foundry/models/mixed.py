@@ -23,7 +23,7 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Rule:
-    """Which agents a member answers for, by exactly one of three rules.
+    """Names the agents for which a member answers. Exactly one attribute is set.
 
     Attributes:
         agents: ids of the agents.
@@ -92,7 +92,7 @@ class MixedModel(Model):
         raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
 
     async def inspect(self) -> ModelInfo:
-        """Return the facts about all members; a capability counts if all members whose calls cost have it."""
+        """Return the facts about all members. A capability is listed if every member whose calls cost has it."""
         infos = [await model.inspect() for model in self._models.values()]
         able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()
@@ -104,7 +104,7 @@ class MixedModel(Model):
         return tuple(canary for model in self._models.values() for canary in model.canaries())
 
     async def confirm(self) -> None:
-        """Ask each member's servers to confirm it."""
+        """Check that the servers of all members still have the models with which the sweep started."""
         for model in self._models.values():
             await model.confirm()
 
@@ -143,7 +143,7 @@ class Population(Model):
         return {label: {"model": model.name, **self._parameters[label]} for label, model in self._models.items()}
 
     def costs_for(self, agent: int) -> bool:
-        """Return whether calls cost something for this agent, that is, to its member."""
+        """Return whether the calls of the member that answers for this agent cost something."""
         return self._models[self._labels[agent]].costs
 
     def roster(self) -> tuple[Member, ...]:
@@ -162,7 +162,7 @@ class Population(Model):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Pass requests on to the members of their agents, all at once; raise an error only after all calls."""
+        """Ask the members of all agents at the same time; an error is raised only after all calls have ended."""
         places: dict[str, list[int]] = {}
         for place, request in enumerate(requests):
             places.setdefault(self._labels[request.agent], []).append(place)
@@ -271,7 +271,9 @@ def _share(where: str, value: Any) -> Rule:
     except ValueError:
         share = -1.0
     if not 0 < share <= 1:
-        raise InputError(f"{where}.share: '{value}' is not a share. Use a number from 0 to 1, or such as 50%.")
+        raise InputError(
+            f"{where}.share: '{value}' is not a share. Use a number above 0 and up to 1, or a percentage such as 50%."
+        )
     return Rule(share=share)
 
 

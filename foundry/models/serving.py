@@ -1,4 +1,4 @@
-"""Settings that say how calls to a model are made: limits, repeats, timeouts. They never affect an answer."""
+"""Settings that say how calls to a model are made: limits, repeats, timeouts. No setting here affects an answer."""
 
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -24,7 +24,9 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     def __post_init__(self) -> None:
         if not self.min <= self.initial <= self.max:
-            raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
+            raise ValueError(
+                f"in_flight needs min <= initial <= max, but has min={self.min}, initial={self.initial}, max={self.max}"
+            )
 
     def from_slots(self, slots: int) -> "InFlight":
         """Return bounds for a server with known slots: at most one call per slot and one that waits."""

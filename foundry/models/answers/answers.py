@@ -1,4 +1,4 @@
-"""The cache of answers. Runs, sweeps and processes share it; with a database server, machines share it too."""
+"""The cache of answers. Runs, sweeps and processes share one cache; machines can share one on a database server."""
 
 import zlib
 from abc import ABC, abstractmethod
@@ -88,7 +88,7 @@ class Answers(ABC):
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm the answers that have one of these marks and a number of at most `newest`, by removing the marks."""
+        """Confirm answers: remove these marks from all answers whose number is at most `newest`."""
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
@@ -96,7 +96,7 @@ class Answers(ABC):
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers that have one of these marks."""
+        """Return a counter that grows whenever any process deletes answers with one of these marks."""
 
     @abstractmethod
     def close(self) -> None:

@@ -35,7 +35,7 @@ class KnownWeights:
     """
 
     def __init__(self, answers: Answers, model: Model, digest: str) -> None:
-        """Take the cache, the model that makes canary calls, and the digest of any of its sets of weights."""
+        """Take the cache, the model that makes the canary calls, and a digest that this model has or had."""
         self._answers = answers
         self._name = model.name
         self._plain = listed(digest)
@@ -58,7 +58,7 @@ class KnownWeights:
         self._answers.put({self._key(len(self.all())): row}, self._name)
 
     def digest_of(self, signs: Signs) -> str:
-        """Return the digest of the known weights that match a canary. If none match, store new weights."""
+        """Return the digest of the known weights that match a canary. If none match, store it with a new digest."""
         distances = {digest: Distance.between(known, signs) for digest, known in self.all().items()}
         near = {digest: away for digest, away in distances.items() if away.verdict is not Verdict.OTHER}
         if near:

@@ -21,7 +21,7 @@ _SCHEMA = (
 )""",
     "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
 )
-"""The tables. If a database lacks the last two, they are added when it is opened, and its answers are confirmed."""
+"""The tables. An older database has only `answers`; opening it adds the other tables, and its answers are confirmed."""
 _CREATION_LOCK = 0x666F756E
 """Lock while tables are created: two sessions that create them at once may both fail, even with IF NOT EXISTS."""
 _FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
@@ -33,7 +33,7 @@ _REMOVE = """WITH gone AS (DELETE FROM unconfirmed WHERE mark = ANY(%s) RETURNIN
 DELETE FROM answers WHERE key IN (SELECT key FROM gone)"""
 _INSTALL = "pip install 'foundry-worlds[postgres]'"
 _RESTART_S = 60
-"""Longest time without the server, for example during its restart, before the sweep ends, seconds."""
+"""Longest time for which the database server may be unreachable, seconds; after it, the sweep ends with an error."""
 
 
 class PostgresAnswers(Answers):
@@ -89,7 +89,7 @@ class PostgresAnswers(Answers):
         return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm the answers that have one of these marks and a number of at most `newest`."""
+        """Remove these marks from all answers whose number is at most `newest`, which confirms the answers."""
         delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
         self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
 
@@ -99,14 +99,14 @@ class PostgresAnswers(Answers):
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a number that grows whenever any process removes answers that have one of these marks."""
+        """Return a counter that grows whenever any process deletes answers with one of these marks."""
         return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
 
     def _number(self, query: str, *parameters: Any) -> int:
         return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
 
     def _again(self, work: Any) -> Any:
-        """Do the work, and repeat it over a new connection if the old one is gone; all work here may be repeated."""
+        """Call `work`. If the connection is lost, call `work` again with a new one; a second call does no harm."""
         try:
             return self._until_back(self._once, work)
         except self._driver.Error as error:

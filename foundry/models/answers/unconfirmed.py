@@ -40,7 +40,7 @@ class Moment:
 
 
 class Unconfirmed:
-    """The cached answers of one model that may be used.
+    """Finds and stores the cached answers of one model, and confirms or deletes its unconfirmed answers.
 
     An answer is stored with a mark, which identifies the state of its server. If a later check finds the server
     unchanged, the marks of all earlier answers are removed, for all processes. If the server has changed, the marked
@@ -112,7 +112,7 @@ class Unconfirmed:
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm the answers of a moment if the facts that the server gave after it are unchanged."""
+        """Confirm the answers in `moment` if the facts `info`, which the server reported later, are unchanged."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)

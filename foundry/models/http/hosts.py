@@ -1,4 +1,4 @@
-"""Addresses of equal servers, and the choice of the server for the next call."""
+"""Reads the addresses of servers with the same model, and chooses a server for each call."""
 
 import math
 from collections import Counter
@@ -79,8 +79,8 @@ MEMORY = 50
 LEAST_ANSWERED = 1.0
 """Smallest number of recent answers that is assumed for a host, so that a slow one is tried again."""
 PREFERENCE = 1 / 8
-"""A run's own host may have this share more calls in flight than others. This is less than one call below eight calls,
-so no slot of another host stays empty.
+"""A call leaves the own host of its run only if the load of another host is smaller by more than this share. With less
+than eight calls in flight this share is less than one call, so no slot of another host stays empty.
 """
 MOST_HOMES = 128
 """Maximum number of runs whose host is remembered; fewer runs than this are open at the same time."""
@@ -123,14 +123,14 @@ class HostPool:
             self._in_flight[host] -= 1
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether the calls of a run suit the host that has the most room now."""
+        """Return a function of a run's id: whether the host with the most room now should take a call of this run."""
         if len(self.hosts) == 1:
             return every_run
         served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
         return lambda run: self._homes.get(run or "") in served
 
     def _choice(self) -> str:
-        """Return the run's own host, unless the load of another host is smaller by more than the preference."""
+        """Return the run's own host, unless the load of another host is smaller by more than `PREFERENCE`."""
         if len(self.hosts) == 1:
             return self.hosts[0]
         least, run = min(self.hosts, key=self._load), RUN.get()
@@ -150,7 +150,7 @@ class HostPool:
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return the calls in flight relative to capacity, and the recent answers, by which equal hosts alternate."""
+        """Return a host's calls in flight relative to capacity, then its recent answers; so equal hosts take turns."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

@@ -15,7 +15,7 @@ FORMATS = (None, "schema")
 
 
 class HttpModel(ServedModel):
-    """Asks one or more equal servers. A subclass calls `_reach`, and sets the schemas of replies."""
+    """Asks one or more servers with the same model. A subclass calls `_reach` and sets `_schemas` in `__init__`."""
 
     server: HttpServing
     _pool: HostPool
@@ -40,7 +40,7 @@ class HttpModel(ServedModel):
         return None if self._schemas is None else tuple(self._schemas)
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether the calls of a run suit the server that has the most room now."""
+        """Return a function of a run's id: whether the server with the most room now should take a call of this run."""
         return self._pool.next_served()
 
     @property
@@ -49,7 +49,7 @@ class HttpModel(ServedModel):
         return self._transport.opened
 
     def _on_each_host(self, settings: Any) -> Mapping[str, Model]:
-        """Return, by base URL, a copy of the model that asks this server only, with other settings of calls."""
+        """Return a copy of the model for each server, by base URL; it has these settings, and asks only its server."""
         models = {host: copy.copy(self) for host in self.hosts if self.server.canary}
         for host, model in models.items():
             model.settings, model._schemas, model._pool = settings, None, HostPool((host,))

@@ -39,7 +39,7 @@ class HumanModel(ServedModel):
         self._schemas = dict(schemas or {})
 
     def parameters(self) -> dict[str, Any]:
-        """Return the name, and the choices that the page offers; apart from them, it shows only the prompt."""
+        """Return the person's name and the choices on the page; the page shows nothing else besides the prompt."""
         return {"person": self._person, "schemas": self._schemas}
 
     async def inspect(self) -> ModelInfo:
@@ -47,7 +47,7 @@ class HumanModel(ServedModel):
         return ModelInfo(self.name, capabilities=("completion", "vision"))
 
     async def warm_up(self) -> None:
-        """Raise an error if the command has no page."""
+        """Raise an error if this command shows no page on which people can answer."""
         self._desk()
 
     async def ask(self, request: Request) -> Reply:

@@ -26,7 +26,7 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 LONGEST_REASON = 300
 ATTENTION = [SDPBackend.FLASH_ATTENTION, SDPBackend.EFFICIENT_ATTENTION, SDPBackend.MATH]
-"""All kernels but cuDNN's, which can give one call different texts in half precision (measured on an H200)."""
+"""All attention kernels except cuDNN's: with cuDNN, one call gave different texts in half precision on an H200."""
 VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 
@@ -137,7 +137,7 @@ class Description:
 
 
 class Engine:
-    """A loaded model. Only one thread may use it."""
+    """A loaded model. Only one thread may call its methods."""
 
     def __init__(
         self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]

@@ -35,7 +35,9 @@ class _Waiting:
 
 
 class Batches:
-    """Collects requests with as many images as each other in batches. While one is answered, the next is collected.
+    """Collects requests in batches; all requests of a batch have the same number of images.
+
+    While the model answers one batch, the next batch is collected.
 
     `work` gets the requests of a batch and returns a reply or an exception for each. It always runs in the same thread.
     """

@@ -12,7 +12,7 @@ Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 
 class Sampling(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Settings for drawing tokens: the `options` of `conf/model/hf.yaml`, in the same order."""
+    """Settings that say how a model draws its tokens; they stand under `options` in `conf/model/hf.yaml`."""
 
     temperature: Annotated[float, msgspec.Meta(ge=0)]
     top_k: Annotated[int, msgspec.Meta(ge=0)]

@@ -1,4 +1,4 @@
-"""Finds the files of a local model, and hashes all that affect its answers."""
+"""Finds the files of a local model, and computes a hash of the files that affect its answers."""
 
 import hashlib
 import json
@@ -16,7 +16,7 @@ SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 def find_folder(weights: str, revision: str | None) -> Path:
-    """Return the folder of a model, given this folder, or the id of a model that was downloaded before.
+    """Return the folder with a model's files; `weights` is this folder, or the id of a model downloaded before.
 
     foundry itself downloads nothing.
     """
@@ -76,7 +76,7 @@ def _file_hash(file: Path) -> str:
 
 
 def _known() -> dict[str, str]:
-    """Return the stored hashes; none if they cannot be read, so that they are computed again."""
+    """Return the stored hashes of files; {} if the store cannot be read, so that all hashes are computed again."""
     try:
         hashes = json.loads(paths.weights_cache_file().read_bytes())
     except (OSError, ValueError):

@@ -19,7 +19,7 @@ READ_AT_IMPORT = ("ollama_host", "ssl_cert_file", "ssl_cert_dir", "_proxy")
 
 @contextmanager
 def _without_variables() -> Iterator[None]:
-    """Hide environment variables that the client could reject, such as a proxy that needs another package."""
+    """Hide the environment variables with which the import of `ollama` could fail, such as a SOCKS proxy."""
     hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.lower().endswith(READ_AT_IMPORT)}
     try:
         yield
@@ -67,7 +67,13 @@ async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
 
 @dataclass(frozen=True, slots=True)
 class PullProgress:
-    """Progress of a download: what the server does now, and the bytes of the current layer (0 if not reported)."""
+    """Progress of a download.
+
+    Attributes:
+        status: present step of the download, in the server's words.
+        completed: downloaded bytes of the current layer; 0 if not reported.
+        total: size of the current layer, bytes; 0 if not reported.
+    """
 
     status: str
     completed: int

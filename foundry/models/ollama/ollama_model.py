@@ -95,7 +95,7 @@ class OllamaModel(HttpModel):
         return self.settings.options.get("num_ctx")
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything that is sent besides messages, seed and keep_alive; schemas by kind of question."""
+        """Return all fields of a call except messages, seed and keep_alive, with the schemas for all kinds."""
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
@@ -122,13 +122,13 @@ class OllamaModel(HttpModel):
     async def inspect(self) -> ModelInfo:
         """Ask every server about the model."""
         infos = dict(zip(self.hosts, await asyncio.gather(*map(self._inspect_on, self.hosts)), strict=True))
-        info = agreed(infos, f"Run `ollama pull {self.name}` on each, or name one host.")
+        info = agreed(infos, f"Run `ollama pull {self.name}` on each host, or name one host.")
         self._versions = {host: each.server_version or "" for host, each in infos.items()}
         _check_abilities(self.settings, info)
         return info
 
     async def warm_up(self) -> None:
-        """Load the model on every server. This may take longer than any call."""
+        """Load the model on every server. Loading may take longer than any call."""
         await asyncio.gather(*map(self._load, self.hosts))
 
     async def loaded(self) -> Loaded:

@@ -20,7 +20,7 @@ HOPELESS: Mapping[int, str] = {
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
     404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
 }
-"""Statuses that every call would get, each with advice to the user."""
+"""HTTP statuses that another call would get too, each with advice to the user."""
 BAD_SETTINGS = ('option "', "invalid format")
 """First words of errors with status 500 that wrong settings cause, and not a failure of the server."""
 CLOUD_DISABLED = "cloud is disabled"
@@ -79,7 +79,7 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
     rows = {str(row.get("model")): row for row in models if isinstance(row, dict)}
     tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
     if tag is None:
-        raise not_found("Model", name, rows, f"Get it on {host} with: ollama pull {name}")
+        raise not_found("Model", name, rows, f"Get the model on {host} with: ollama pull {name}")
     return rows[tag]
 
 
@@ -100,7 +100,7 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
 
 
 def remote_in(said: Mapping[str, Any]) -> str | None:
-    """Return the model and address to which a server passes calls, as a row or a reply says; else None."""
+    """Return the model and address to which a server passes calls, as its list or a reply names them; else None."""
     model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
     return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
 

@@ -15,7 +15,7 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
 BYTES_PER_TOKEN = 4
-"""A prompt with more bytes than this times `num_ctx` does not fit into the context, so the server cuts it."""
+"""A prompt with more than this number of bytes per token of the context does not fit, so the server cuts the prompt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ def shared_fields(settings: ChatSettings) -> dict[str, Any]:
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return everything that is sent besides messages, seed and keep_alive; schemas by kind of question."""
+    """Return all fields of a call except messages, seed and keep_alive, with the schemas of all kinds of question."""
     schemas = {} if settings.schemas is None else {"format": dict(settings.schemas)}
     return {**shared_fields(settings), **schemas, "options": dict(settings.options)}
 
@@ -71,7 +71,7 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
 
 
 def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
-    """Return the body that loads the model. It has the options of later calls, which would otherwise load it again."""
+    """Return the body that loads the model, with the options of later calls. Other options would load it again."""
     fields = shared_fields(settings)
     return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
 
@@ -137,7 +137,7 @@ def _text(message: Mapping[str, Any], key: str) -> str:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
-    """Return seconds by name, if all are known. The rest of the total is the wait for a slot."""
+    """Return seconds by name; {} if one is invalid. `queue`, the wait for a slot, is the rest of the total."""
     durations = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
     if durations is None:
         return {}

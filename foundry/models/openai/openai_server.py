@@ -13,18 +13,18 @@ from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
-"""Names of environment variables from which a key may be read. The settings of a sweep may come from someone else, so
-they must not be able to name other secrets.
+"""Names of environment variables from which a key may be read. The settings of a sweep may come from a stranger, who
+must not be able to name a variable with another secret.
 """
 SHORTEST = 8
-"""Minimum length of a real key. Shorter keys are placeholders such as `EMPTY`, which may be words in an error."""
+"""Minimum length of a real key. A shorter key is a placeholder such as `EMPTY`; errors may contain this word."""
 SHORTEST_IN_REPLIES = 12
-"""Minimum length of a key that is removed from replies. A model may write shorter keys as words."""
+"""Minimum length of a key that is removed from replies. A shorter key may be a word that the model wrote."""
 REDACTED = b"[key]"
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
-"""Fields of a row in the list that identify the model; others change with time, price or a restart."""
+"""Fields in a server's list of models that identify a model. Other fields change with time, price or a restart."""
 FLAGS = ("max_model_len", "n_ctx")
-"""Fields of a row, or of its `meta`, that depend on the flags with which the server was started."""
+"""Fields in a server's list of models that depend on the flags with which the server was started."""
 LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
 
 
@@ -128,7 +128,7 @@ def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
         )
     listed = {str(row["id"]): row for row in rows if isinstance(row, dict) and "id" in row}
     if served not in listed:
-        hint = f"{origin.host} lists these. If it also serves others, use model.server.lists_models=false."
+        hint = f"If {origin.host} also serves models that it does not list, use model.server.lists_models=false."
         raise not_found("Model", served, listed, hint)
     row: Mapping[str, Any] = listed[served]
     return row

@@ -33,7 +33,7 @@ HOPELESS: Mapping[int, str] = {
     404: "Check the model's name, and the end of model.server.base_url, which is often /v1.",
     405: "Check the end of model.server.base_url, which is often /v1.",
 }
-"""Statuses that every call would get, each with advice to the user."""
+"""HTTP statuses that another call would get too, each with advice to the user."""
 FATAL: Mapping[str, str] = {
     "insufficient_quota": "The account has no money left.",
     "billing_hard_limit_reached": "The account has no money left.",
@@ -44,7 +44,7 @@ FATAL: Mapping[str, str] = {
     "unsupported_value": "Change {param}, or leave it out: model.options.{param}=null",
     "unknown_parameter": "Remove {param} from model.options and model.extra.",
 }
-"""Codes and types of errors that every call would get, whatever the status, each with advice to the user."""
+"""Codes and types of errors that another call would get too, each with advice to the user."""
 TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
 """Texts of errors that reject images; llama.cpp sends one of them with status 500."""
@@ -54,7 +54,7 @@ ENDINGS: Mapping[object, str] = {
     **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
     **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
 }
-"""Finish reasons after which the text is usable. Any other, such as `content_filter`, means that the server gave up."""
+"""Finish reasons after which the text is usable; after any other, such as `content_filter`, the text is not used."""
 
 
 def refusal(
@@ -121,7 +121,7 @@ class ChatSettings:
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return everything besides messages and seed that affects an answer; response formats by kind of question."""
+    """Return all fields of a call except messages and seed, with the response formats of all kinds of question."""
     parameters: dict[str, Any] = {"model": settings.model, **settings.sent}
     if settings.schemas is not None:
         parameters["response_format"] = {kind: _response_format(settings, kind) for kind in settings.schemas}

@@ -1,6 +1,6 @@
 """A scripted model with faults: it corrupts a given share of another policy's replies.
 
-Each fault names the outcome that the 2D worlds must record for such a reply, for both kinds of question.
+Each fault names the outcome that the 2D worlds must record for a reply with this fault.
 """
 
 import json
@@ -60,7 +60,7 @@ class Truncated(Fault):
     outcome = Outcome.TRUNCATED
 
     def spoil(self, text: str) -> Reply:
-        """Remove all but the beginning."""
+        """Cut the text three characters after its first colon."""
         return Reply(text=text[: text.index(":") + 4], ending="length")
 
 

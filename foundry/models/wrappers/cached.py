@@ -10,13 +10,13 @@ from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.wrapper import Wrapper
 
 MANY = 64
-"""With this many calls in flight, a commit waits for more answers: a transaction costs as much as ten rows."""
+"""With this many calls in flight, a commit waits for more answers, since a transaction takes as long as ten rows."""
 MOMENT_S = 0.005
-"""Length of this wait, seconds."""
+"""Time for which a commit waits for more answers, seconds."""
 
 
 class WarmedModel(Wrapper):
-    """Loads the model at its first call. It is below the cache, so a sweep with cached answers loads no model."""
+    """Loads the model at its first call. Cached answers need no call, so a fully cached sweep loads no model."""
 
     def __init__(self, inner: Model) -> None:
         super().__init__(inner)

@@ -99,7 +99,7 @@ class CanaryWatch:
         return None
 
     def record(self) -> Canary | None:
-        """Return the canary for the record of a run; None if no server answered one."""
+        """Return the canary for the record of a run; None if no server answered a canary call."""
         signs = self._reference()
         verdict, words = (None, "") if self._worst is None else (self._worst.verdict, str(self._worst))
         known = Canary(model=self._name, signs=signs, calls=self._asker.calls, verdict=verdict, distance=words)

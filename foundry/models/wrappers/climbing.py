@@ -1,9 +1,9 @@
 """Finds the best number of calls in flight for a server by hill climbing on its throughput.
 
-The latency of single calls does not show whether a server is saturated: replies differ in length, and a batch slows
+The latency of single calls does not show whether a server is saturated. Replies differ in length, and a batch slows
 single replies long before it lowers the total throughput. So limits are compared by tokens answered per second, as in
-the hill climbing of .NET's thread pool and in adaptive concurrency limiters. A step is accepted or rejected once the
-difference exceeds the noise, which is estimated from the calls.
+the hill climbing of .NET's thread pool and in adaptive concurrency limiters. A new limit is accepted or rejected once
+the difference in throughput exceeds the noise, which is estimated from the calls.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from dataclasses import dataclass
 import msgspec
 
 WORTH_IT = 0.2
-"""Minimum gain in throughput that makes a step worthwhile, relative to the gain in calls in flight."""
+"""Minimum relative gain that makes a higher limit worthwhile: gain in throughput per gain in calls in flight."""
 LINEAR = 0.6
-"""From this relative gain on, the server is far from its limit, and steps grow."""
+"""From this relative gain on, the server is far from its limit, so the next increase of the limit is larger."""
 FLAT = 0.1
-"""Relative gain below which a smaller limit loses almost nothing, so that steps downwards grow."""
+"""Below this relative gain, a lower limit loses almost no throughput, so the next decrease of the limit is larger."""
 CLEAR = 0.05
-"""Relative error of a throughput that is small enough for a comparison."""
+"""A measured throughput whose relative error is below this value is exact enough for a comparison."""
 MANY_CALLS = 120
 """Number of calls after which an undecided comparison ends, and is repeated with a larger step."""
 COARSE = 0.5
-"""Maximum error of a gain that decides a step."""
+"""Maximum error of a relative gain by which a new limit is accepted or rejected early."""
 FIRST_STEP = 4.0
-"""First factor by which the limit grows. It is large, since too many calls for a moment cost less than too few."""
+"""Factor of the first increase of the limit. The factor is large, since too many calls for a short time cost little."""
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
@@ -35,17 +35,17 @@ REACHED = 0.25
 """Minimum share of the time in which calls wait for the limit; with less, the limit makes no difference."""
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
-"""Maximum ratio of calls in flight to calls that the server works on. If the calls in flight exceed it by more than one
-call, the limit falls, since further calls only wait.
+"""Maximum ratio of calls in flight to calls that the server works on. If at least one more call than this is in flight,
+the limit falls, since further calls only wait.
 """
 REFUSED = 0.3
 """Share of refused tries above which the limit falls."""
 ALL_REFUSED = 0.5
-"""Share of refused tries from which the limit falls to its half, even while calls from an earlier limit are open."""
+"""Share of refused tries from which the limit is halved, even if calls that began under an earlier limit still run."""
 
 
 class Sums(msgspec.Struct):
-    """Sums over the answered calls of one or more workers. The difference of two sums describes the time between them.
+    """Sums over the answered calls of one or more workers. Later sums minus earlier sums describe the time in between.
 
     Attributes:
         calls: answered calls.
@@ -103,7 +103,7 @@ class Sums(msgspec.Struct):
 
 @dataclass(frozen=True)
 class Measured:
-    """How a server performed over a period.
+    """The performance of a server over a period.
 
     Attributes:
         calls: answered calls.
@@ -180,7 +180,7 @@ class Climb:
         self._unaccounted = 0.0
 
     def look(self, sums: Sums, workers: int = 1) -> None:
-        """Take the latest sums over the calls of the given number of workers, and change the limit if that helps."""
+        """Change the limit if that helps, given the latest sums over the calls of this number of workers."""
         if workers != self._workers:
             self._workers = workers
             self._rest_at(self._home, sums, self._rest_calls)
@@ -224,7 +224,7 @@ class Climb:
         return found.variance < CLEAR**2 or found.calls >= max(MANY_CALLS, 4 * self.limit)
 
     def _give_way(self, limit: int, found: Measured, sums: Sums) -> None:
-        """Try the limit at which hardly any call waits. If it is not above the limit before, go back instead."""
+        """Try `limit`, at which hardly any call waits. If the limit before was no smaller, go back to it instead."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
@@ -279,7 +279,7 @@ class Climb:
             self._try_another(found, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the limit before, or near it, and turn round; rest for long if neither direction pays."""
+        """Go back to the earlier limit, or near it, and try the other direction; rest for long if neither helps."""
         if self._told and self._base is not None and self._base.queued is not None:
             self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # the wait was not a queue
         if self._climbing and turns and self._step >= LARGEST_STEP:
@@ -296,7 +296,7 @@ class Climb:
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _try_less(self, sums: Sums) -> None:
-        """Try a smaller step up from the limit before, whose measurement is still valid."""
+        """Increase the earlier limit by less than before; the measurement at the earlier limit is still valid."""
         self._step = math.sqrt(self._step)
         self._climbing = self._step >= LARGEST_STEP
         self._go_to(min(self._most, round(self._home * self._step)), sums)

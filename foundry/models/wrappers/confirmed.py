@@ -16,13 +16,18 @@ from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
-"""After one random call in this many, the server is checked: only chance detects weights that are put back."""
+"""Number of calls per check at a random call. Only such a check can find weights that are replaced for a short time."""
 FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
-"""This many checks after new connections are always made; more of them only once per this many calls."""
+"""Number of checks after new connections that are always made; number of calls that allow one more such check."""
 
 
 class Doubts(NamedTuple):
-    """Number of reasons so far to check the server: failures and random calls, and new connections."""
+    """Numbers of reasons so far to check the server.
+
+    Attributes:
+        raised: failures, and calls chosen at random.
+        connections: connections that were opened.
+    """
 
     raised: int
     connections: int
@@ -108,7 +113,7 @@ class ConfirmedModel(Wrapper):
         return are_rare and self.inner.connections > self._settled.connections
 
     def _draw(self, request: Request) -> None:
-        """Count a call. One random call in each hundred raises a doubt, drawn by the seed of the first of them."""
+        """Count a call. In each hundred calls, a random one causes a check; the seed of the first call draws it."""
         place = self._calls % CONFIRM_EVERY_CALLS
         if place == 0:
             self._drawn = int(seeding.stream(request.seed, "canary").integers(CONFIRM_EVERY_CALLS))

@@ -31,7 +31,7 @@ class Limit:
     """
 
     def __init__(self, bounds: InFlight, *, clock: Callable[[], float] = time.perf_counter) -> None:
-        """Set the bounds; `clock` returns the time in seconds."""
+        """Set the bounds of the limit, and the clock, a function that returns the time in seconds."""
         self.bounds = bounds
         self.allowed = bounds.initial
         self.in_flight = 0
@@ -95,7 +95,7 @@ class Limit:
             self._look()
 
     def share(self) -> None:
-        """Stop climbing: from now on, `allow` sets the limit."""
+        """End the search for a limit: from now on, only `allow` sets the limit."""
         self._climb = None
 
     def find(self, initial: int, *, found: bool) -> None:
@@ -105,7 +105,7 @@ class Limit:
 
     @property
     def is_shared(self) -> bool:
-        """True if `allow` sets the limit, and no climb does."""
+        """True if only `allow` sets the limit; False if a climb searches for it."""
         return self._climb is None
 
     def allow(self, allowed: int) -> None:

@@ -63,7 +63,7 @@ class Spin(ScriptedModel):
 
 
 class Knower(Spin):
-    """Answers every question about a walk correctly, from `Question.secret`; on its own walk it only turns."""
+    """Reads the right answers about a walk in `Question.secret`; if the policy must walk itself, it only turns."""
 
     def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the right answer."""
@@ -81,7 +81,7 @@ class Mumbler(ScriptedModel):
         self._sentences = tuple(sentences)
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Return one of the sentences."""
+        """Return a random one of the policy's sentences as the next movement."""
         return self._sentences[int(rng.integers(len(self._sentences)))]
 
 

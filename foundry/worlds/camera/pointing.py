@@ -83,11 +83,11 @@ class Pointer:
         )
 
     def _shares(self, offsets: FloatArray) -> FloatArray:
-        """Return where the picture shows points at (n, 3) offsets from the eye, (k, 2), without points behind it."""
+        """Return where the picture shows points at (n, 3) offsets from the eye, (k, 2); points behind the eye are left out."""
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:
-        """Return the box (2, 2) around the part of (n, 3, 3) triangles, as offsets, within the picture, or None."""
+        """Return the box (2, 2) around triangles (n, 3, 3), offsets from the eye, in the picture; None if outside."""
         following = corners[:, _FOLLOWING]
         crossing = (corners[..., 2] < NEAR_M) != (following[..., 2] < NEAR_M)
         start, end = corners[crossing], following[crossing]

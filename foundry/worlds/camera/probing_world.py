@@ -148,7 +148,7 @@ class MapProbeScenario(ThingsScenario):
         return MapProbeWorld(self, prepared.frames[-1], seed, prepared)
 
     def actions(self) -> dict[str, Actions]:
-        """Return the possible answers, and the kinds of command if the agent walks itself."""
+        """Return the possible answers by kind of question, and the kinds of command if the agent chooses its walk."""
         walked = super().actions() if self.probing.walk == "own" else {}
         return {**walked, **{kind: ACTIONS[kind] for kind in self.probing.questions}}
 
@@ -189,7 +189,8 @@ class MapProbeScenario(ThingsScenario):
         never = ", ".join(kind for kind in self.probing.questions if kind not in allowed)
         raise InputError(
             f"Scene '{self.settings.scene.asset}' has no walk that allows all of world.questions"
-            f"{f', and none that allows {never}' if never else ''}. Ask fewer, or change world.frames or world.things."
+            f"{f', and none that allows {never}' if never else ''}. Name fewer questions, or change world.frames "
+            "or world.things."
         )
 
 

@@ -17,7 +17,7 @@ WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40
 BODY_M = (0.8, 0.8, 1.75)
 MARGIN = 1.15
-"""Factor on the box that a view from outside shows, so that the caption hides nothing."""
+"""Factor by which a view from outside shows more than the scene, so that the caption covers no part of it."""
 
 
 def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None) -> Iterator[str]:
@@ -39,7 +39,7 @@ def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None)
 
 
 def _tree(scene: Scene) -> Iterator[str]:
-    """Yield the number of meshes below each prim of the first two levels, where patterns to exclude begin."""
+    """Yield the number of meshes below each prim of the first two levels, which users may exclude by a pattern."""
     counts = Counter("/".join(mesh.path.split("/")[:3]) for mesh in scene.meshes)
     yield from (f"{number:9,} meshes below {path}" for path, number in sorted(counts.items()))
 

@@ -1,4 +1,4 @@
-"""What all runs in a scene share: its geometry, collisions, paths, targets and views; made once per process."""
+"""The parts of a scene that all runs in a process share: geometry, collisions, paths, targets and views."""
 
 import io
 from collections import Counter
@@ -34,12 +34,12 @@ def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
 
 
 def foot_of(pose: Pose) -> FloatArray:
-    """Return the place (3,) of a pose's foot, metres."""
+    """Return the place of the foot in a pose, (3,), metres."""
     return np.array([pose.x, pose.y, pose.z])
 
 
 def feet_of(poses: Iterable[Pose]) -> FloatArray:
-    """Return the places (k, 3) of the poses' feet, metres."""
+    """Return the place of the foot in each of k poses, (k, 3), metres."""
     return np.array([foot_of(pose) for pose in poses])
 
 
@@ -52,7 +52,7 @@ CLEARANCE_M = 0.1
 """Free space around the body at the start, beyond its radius, metres."""
 
 ARRIVED_M = 0.03
-"""Distance at which a corner of a path counts as reached, metres, since nobody walks by millimetres."""
+"""Distance at which a corner of a path counts as reached, metres, since no agent meets it exactly."""
 
 DRAWS = 100
 """Largest number of times that a start or a path is drawn until one is suitable."""

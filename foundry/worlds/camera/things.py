@@ -88,7 +88,7 @@ class Things:
         return self.direction(name, pose)[0]
 
     def direction(self, name: str, pose: Pose) -> tuple[float, float]:
-        """Return the angles to a thing's middle from the heading and the horizon, degrees, left and up positive."""
+        """Return the direction of a thing's middle: left of the heading, and above the horizon, both in degrees."""
         yaw, pitch = angles(self._of(name).points.mean(axis=0) - self._around.eye(pose))
         return turn_between(pose.yaw, yaw), pitch
 
@@ -118,7 +118,7 @@ class Things:
 
 
 class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Limits of a path's length, and the distance from its thing that counts as reached, all in metres."""
+    """Bounds of a path's length, and the distance at which the thing at its end counts as reached, all in metres."""
 
     shortest: Positive
     longest: Positive
@@ -126,7 +126,7 @@ class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 
 class ThingsScenario(CameraScenario):
-    """A 3D world about paths to labelled things instead of targets from the settings."""
+    """A 3D world whose goals are labelled things of the scene; the settings name no targets."""
 
     def __init__(self, *, way: Mapping[str, Any], things: Mapping[str, Any], **settings: Any) -> None:
         self.way = read_settings(WaySettings, way, "world.way")

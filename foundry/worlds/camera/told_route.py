@@ -53,7 +53,7 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""Largest distance of a leg from a corner of the shortest path; the second one is for legs in degrees and metres."""
+"""Largest distance between a leg and a corner of the shortest path, metres; the smaller one if legs have lengths."""
 
 NEAR_M = 2.5
 """Largest distance of a near thing from the end of a leg, seen from above, metres."""
@@ -122,7 +122,10 @@ def _gaps(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _named(things: Things, before: Pose, after: Pose, told: Container[str | None]) -> _Named:
-    """Return the thing that a leg leads towards, a thing near its end, and that thing's side; never one of `told`."""
+    """Return the thing that a leg leads towards, a thing near the leg's end, and the side of this near thing.
+
+    Things in `told` were named before, and are not named again. None stands for no such thing.
+    """
     seen_first, seen_last = things.seen(before), things.seen(after)
     closer = [name for name in seen_last if name not in told and _comes_near(things, name, before, after)]
     near = min(closer, key=lambda name: things.gap(name, after), default=None)
@@ -154,7 +157,7 @@ STRAIGHT_DEG, SLIGHT_DEG, BACK_DEG = 15.0, 50.0, 150.0
 """Largest turn that is called straight on, largest one called slight, and smallest one called turning around."""
 
 TILT_DEG = 10
-"""Smallest angle from the horizon that is mentioned, degrees."""
+"""Smallest angle between the goal and the horizon that a route mentions, degrees."""
 
 Facing: TypeAlias = tuple[float, float]
 

@@ -34,7 +34,7 @@ NEAREST_M, MOST_M = 0.5, 30.0
 """Smallest and largest distance of a thing in a `distance` question, metres; no answer may be larger."""
 
 LEAST_SCALE_M = 0.5
-"""A `distance` question is asked only if the best constant answer has at least this mean error, metres."""
+"""A `distance` question is asked only if no fixed answer for all things has a smaller mean error than this, metres."""
 
 ACTIONS: Mapping[str, Actions] = {
     "nearer": Actions(labels=LETTERS[:2]),
@@ -69,7 +69,7 @@ class Probe:
 
 
 class Walk:
-    """The things in a walk's pictures, and where they are as seen from its end, which is the last of `frames`."""
+    """The things in a walk's pictures, and their directions from the end of the walk, the last pose of `frames`."""
 
     def __init__(self, things: Things, frames: Sequence[Pose]) -> None:
         self._things, self.end = things, frames[-1]

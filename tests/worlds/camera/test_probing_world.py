@@ -171,7 +171,9 @@ def test_pictures_are_not_kept_where_nobody_asks_for_them(rooms: Path):
 
 def test_a_scene_that_never_allows_a_question_is_refused_in_one_line(rooms: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("foundry.worlds.camera.probing_world.DRAWS", 3)
-    with pytest.raises(InputError, match="none that allows order. Ask fewer, or change world.frames") as refusal:
+    with pytest.raises(
+        InputError, match="none that allows order. Name fewer questions, or change world.frames"
+    ) as refusal:
         scenario(rooms, '{"frames": 2, "questions": ["order", "side"]}').start(0)
     assert "\n" not in str(refusal.value)
 

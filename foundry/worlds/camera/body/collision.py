@@ -70,11 +70,11 @@ class Ground:
         return self.surfaces.near(*_box(points, body, (-math.inf, math.inf)))
 
     def obstacles(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> IntArray:
-        """Return the triangles of `near` that can stop a body with this height of its foot between (k, 2) points."""
+        """Return the triangles of `near` that can stop a body between (k, 2) points, with its foot at `foot_z`."""
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
-        """Return the height of the foot at each of (k, 2) points in turn, from `foot_z` on, up to the floor's end."""
+        """Return the heights of a foot, first at `foot_z`, at each of (k, 2) points, up to the end of the floor."""
         if self.floor_height is not None:
             return np.full(len(points), self.floor_height)
         flat = self.surfaces.flat(near)
@@ -90,7 +90,7 @@ class Ground:
         return np.array(found)
 
     def _bridge(self, point: FloatArray, foot_z: float, near: IntArray, body: Body) -> float | None:
-        """Return the height of a body over a gap in the floor that is narrower than its radius, or None."""
+        """Return the height of a foot over a gap in the floor that is narrower than the body's radius, else None."""
         ring = self.surfaces.heights(point + body.radius_m * _RING, near)
         floors = [_highest(column, body.stride(foot_z)) for column in ring]
         pairs = zip(floors[:4], floors[4:], strict=True)
@@ -139,10 +139,10 @@ def _highest(heights: FloatArray, window: tuple[float, float]) -> float | None:
 
 
 BOUNDS, EDGE = "bounds", "edge"
-"""Names of what stops a body other than a mesh: the bounds of the scene, and the end of the floor."""
+"""Names for two causes of a stop that are not meshes: the bounds of the scene, and the end of the floor."""
 
 SKIN_M = 1e-6
-"""Gap that the body keeps to a surface that it touches, beyond its radius."""
+"""Gap that remains between a body and the surface that stops it, metres."""
 
 LEVEL_M = 1e-4
 """Difference in height below which a floor counts as level."""
@@ -193,7 +193,7 @@ class Leg:
         return np.append(self._foot[:2] + station * self._heading, height)
 
     def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
-        """Return the height of the floor at the reachable stations, and what stops the body before the last one.
+        """Return the heights of the floor at the stations, places on the path, and the cause of an early stop or None.
 
         The first station without a floor is moved to the edge of the floor.
         """
@@ -249,7 +249,7 @@ class Leg:
         return Way(track, end)
 
     def _sweep(self, start: float, end: float, foot_z: float) -> tuple[float, Stop] | None:
-        """Return the station between two others at which an obstacle stops the body, and the obstacle."""
+        """Return the place between `start` and `end` where an obstacle stops the body, and the obstacle; else None."""
         points = self._points(np.array([start, end]))
         able = self._ground.obstacles(points, foot_z, self._near, self._body)
         outlines = cut(self._ground.surfaces.corners[able], *self._body.span(foot_z))
@@ -259,7 +259,7 @@ class Leg:
         return start + touch.distance, Stop(self._ground.name(int(able[touch.owner])), touch.normal)
 
     def _settled(self, station: float, before: float, foot_z: float) -> FloatArray:
-        """Return the foot on the floor at a station, or at the station before if the body cannot rise or sink."""
+        """Return the foot on the floor at `station`, or at `before` if the body cannot rise or sink to the floor."""
         floor = self._height(station, foot_z)
         if floor is None or self._blocked(self._at(station, foot_z), floor) is not None:
             return self._at(before, foot_z)
@@ -276,7 +276,7 @@ class Leg:
 
 
 LEG_M = 1.0
-"""Length of a path that is checked at once."""
+"""A long path is checked for obstacles in parts of this length, metres."""
 
 SLIDE_M = 0.2
 """Length of a path along an obstacle after which the body tries the requested direction again, metres."""
@@ -319,7 +319,7 @@ class Collider:
     def move(
         self, foot: Sequence[float] | FloatArray, direction_deg: float, distance_m: float, body: Body, *, slide: bool
     ) -> Motion:
-        """Return how far the body goes in a horizontal direction.
+        """Return the result of moving a body in a horizontal direction.
 
         Args:
             foot: (3,) foot at the start, metres. If the body overlaps a surface there, it can only move away from it.
@@ -385,7 +385,7 @@ class Collider:
 
 
 def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: float) -> tuple[float, Stop | None]:
-    """Return the part of a path's length within the bounds, metres, and the stop there if it is not all of it."""
+    """Return the length of a path within the bounds, metres, and the stop at the bounds, or None if no bound is met."""
     stop = None
     for axis in (0, 1):
         speed = float(heading[axis])
@@ -400,10 +400,10 @@ def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: f
 
 
 def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatArray, float] | None:
-    """Return the direction along a touched surface that enters no surface and is closest to the wish.
+    """Return the direction along a touched surface that is closest to the wished direction and enters no surface.
 
-    Return also its component along the wish. `touched` are the directions (2,) away from the surfaces. Return None if
-    there is no such direction.
+    Return also the component of this direction along the wished one; None if there is no such direction. `touched` are
+    the directions (2,) away from the surfaces.
     """
     if not touched:
         return wish, 1.0

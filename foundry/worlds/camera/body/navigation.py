@@ -35,7 +35,7 @@ SAMPLES = 64
 """Number of points of a target that are tested for visibility."""
 
 FLUSH_M = 5e-3
-"""Surfaces that are this close to a point of the target do not hide it, metres: a picture is flush with its wall."""
+"""A surface this close to a point of the target does not hide the point, metres: a poster touches its wall."""
 
 
 class TargetSurfaces:
@@ -65,7 +65,7 @@ class TargetSurfaces:
         return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
 
     def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
-        """Return, for each of (n, 3) places, whether its `gap` is at most the radius, (n,)."""
+        """Return, for each of (n, 3) places, whether the target is within the radius, seen from above, (n,)."""
         result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
         corners = self._surfaces.corners[self._triangles, :, :2]
         # A place that is far from all outlines can still be above or below a triangle as large as this.
@@ -93,11 +93,11 @@ class SightLines:
         return locator
 
     def reaches(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether nothing hides some point of the target from `eye` (3,), wherever the eye looks."""
+        """Return whether `eye` (3,) has a free straight line to at least one point of the target, in any direction."""
         return any(self._meets(eye.tolist(), point, target) for point in target.points.tolist())
 
     def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
-        """Return the target's points, (k, 3), that nothing hides from `eye` (3,), wherever the eye looks."""
+        """Return the target's points (k, 3) to which `eye` (3,) has a free straight line, in any direction."""
         seen = [self._meets(eye.tolist(), point, target) for point in target.points.tolist()]
         return np.asarray(target.points[seen])
 
@@ -130,10 +130,10 @@ STRIDE_M = 0.5
 """Length of the moves by which a body searches for a way out of a narrow place, metres."""
 
 TURNS_DEG = tuple(range(0, 360, 45))
-"""Directions of the moves in this search; sliding deflects them along the walls."""
+"""Directions of the moves by which a body searches for a way out; walls deflect the moves."""
 
 MOST_PLACES = 100
-"""Largest number of places that this search tries."""
+"""Largest number of places that the search for a way out tries."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +192,7 @@ class Approaches:
         return any(self._collider.walkable(start, self._places[cell], self._body) for cell in approach.cells)
 
     def _way_out(self, foot: FloatArray) -> Approach | None:
-        """Return the shortest path of sliding moves to cells, or None if the body cannot stand or leave there."""
+        """Return the shortest path of sliding moves to cells; None if the body overlaps a surface or is shut in."""
         if self._collider.touching(foot, self._body) is not None:
             return None
         waiting: list[tuple[float, int, FloatArray]] = [(0.0, 0, foot[None])]
@@ -219,7 +219,7 @@ CELL_M = 0.1
 """Edge of a cell, metres."""
 
 CACHE_VERSION = 1
-"""Version of the cached cells. Increase it when the code finds other cells for the same scene and settings."""
+"""Version of the cached cells. Increase this number when the code finds other cells for the same scene and settings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,7 +264,7 @@ class Navigator:
         return TargetSurfaces(self.collider.ground.surfaces, prims)
 
     def line_of_sight(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether nothing hides some point of the target from `eye` (3,), wherever the eye looks."""
+        """Return whether `eye` (3,) has a free straight line to at least one point of the target, in any direction."""
         return self._sight.reaches(eye, target)
 
     def goal_cells(self, target: TargetSurfaces, radius_m: float, eye_height_m: float) -> IntArray:
@@ -307,7 +307,7 @@ class Navigator:
         return direct(self.collider, np.concatenate([track, self.places[chain]]), self.body, self.cell_m)
 
     def cell(self, foot: FloatArray) -> int | None:
-        """Return the cell that is nearest to `foot` (3,) on a path to the cells; None without such a path."""
+        """Return the first cell on the path from `foot` (3,) to the grid's cells; None without such a path."""
         cells = self._approaches.find(foot).cells
         return int(cells[0]) if cells.size else None
 

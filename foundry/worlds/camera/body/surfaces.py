@@ -1,7 +1,7 @@
 """All triangles of a scene in one array, indexed by their place in the plane, and their outlines seen from above.
 
-An upright body of constant width covers a range of heights. Take the part of a surface in this range: the body touches
-the surface exactly if its disc touches the outline of this part.
+An upright body of constant width covers a range of heights. Only the part of a surface at these heights can touch the
+body. The body touches this part exactly if, seen from above, the body's disc touches the outline of the part.
 """
 
 import math
@@ -156,7 +156,7 @@ GRAZE = 1e-9
 """Rounding error that is tolerated in the distance between a moving disc and a surface, metres."""
 
 SPACING_M = 0.05
-"""Largest distance between the points that stand for an outline, metres."""
+"""Largest distance between neighbouring points when an outline is replaced by points, metres."""
 
 _NEXT = (1, 2, 0)
 """For each corner of a triangle, its next corner."""
@@ -208,7 +208,7 @@ def section(corners: FloatArray, height: float) -> FloatArray:
 
 
 def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, BoolArray]:
-    """Return triangles' sides cut to the range of heights, (n, 3, 2, 2), and whether a part of each remains."""
+    """Return the sides of triangles between two heights, (n, 3, 2, 2), and whether any part of each side is there."""
     rise = b[..., 2] - a[..., 2]
     level = rise == 0
     safe = np.where(level, 1.0, rise)
@@ -222,7 +222,7 @@ def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tup
 
 
 def _section(a: FloatArray, b: FloatArray, height: float) -> tuple[FloatArray, IntArray]:
-    """Return the segments where triangles cross a height, (m, 2, 2), and the index of each one's triangle."""
+    """Return the (m, 2, 2) segments where triangles cross a height, and the index of each segment's triangle."""
     below = a[..., 2] < height
     crosses = below != below[:, _NEXT]
     owner = np.flatnonzero(crosses.any(axis=1))
@@ -290,7 +290,7 @@ def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: f
 
 
 def _time_to_corner(corners: FloatArray, centre: FloatArray, heading: FloatArray, radius: float) -> FloatArray:
-    """Return how far a disc moves until it touches each of (m, 2) points, (m,); inf if it never does."""
+    """Return, for each of (m, 2) points, how far a disc moves until it touches the point, (m,); inf if never."""
     x, y = (centre - corners).T
     ahead = x * heading[0] + y * heading[1]
     beside = np.abs(x * heading[1] - y * heading[0])
@@ -300,7 +300,7 @@ def _time_to_corner(corners: FloatArray, centre: FloatArray, heading: FloatArray
 
 
 def _time_to_side(ends: FloatArray, centre: FloatArray, heading: FloatArray, radius: float) -> FloatArray:
-    """Return how far a disc moves until it touches each of (m, 2, 2) segments, (m,); inf if it never does."""
+    """Return, for each (m, 2, 2) segment, how far a disc moves until it touches the segment, (m,); inf if never."""
     along = ends[:, 1] - ends[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / np.where(length > 0, length, 1.0)[:, None]

@@ -14,10 +14,10 @@ from foundry.worlds.camera.body.surfaces import SPACING_M, cut, dotted
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
-"""Steps from a cell to others, in cells: half of the 8 neighbours and 8 knight's moves; the rest are the opposites."""
+"""Steps from a cell to 16 others: 8 neighbours and 8 knight's moves of chess. Of two opposite steps, one is listed."""
 
 LAYER_M = 0.02
-"""Largest difference in height of floors that are processed together, metres."""
+"""Height of a layer of the scene, metres. The places in one layer are checked for obstacles together."""
 
 FAR_M = 1.0
 """Largest clearance that is computed, metres; a larger clearance counts as this one."""
@@ -100,7 +100,7 @@ def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: f
 
 
 def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: float) -> IntArray:
-    """Return the ascending indices of the floors in a connected area that is at least as large as four bodies."""
+    """Return the ascending indices of the cells in connected areas, each at least as large as four bodies."""
     edges = np.concatenate([_neighbours(cells, heights, offset, body.step_m) for offset in OFFSETS[:2]])
     labels = connected_components(graph_of(edges, np.ones(len(edges)), len(cells)), directed=False)[1]
     smallest = 4 * (2 * body.radius_m / cell_m) ** 2
@@ -126,9 +126,9 @@ def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], s
 
 
 def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
-    """Return the distance to the nearest obstacle from a body's axis at (n, 3) places, metres, at most `FAR_M`, (n,).
+    """Return, for each of (n, 3) places of a body, the distance from its axis to the nearest obstacle, metres, (n,).
 
-    Only edges of surfaces count, so a large table right above a place is ignored.
+    Distances above `FAR_M` become `FAR_M`. Only edges of surfaces count, so a large table above a place is ignored.
     """
     result = np.full(len(places), FAR_M)
     layers = np.floor(places[:, 2] / LAYER_M)

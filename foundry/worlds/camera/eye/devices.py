@@ -99,7 +99,7 @@ def is_software(renderer: str) -> bool:
 
 _WINDOW, _HEADLESS = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 _PASSED = "_FOUNDRY_RENDERING_WORKS"
-"""Environment variable with the renderer that works, so that child processes need no check of their own."""
+"""Environment variable with the name of a renderer that works, so that child processes do not test it again."""
 
 _PROBE = """
 from foundry.worlds.camera.eye.rendering import Canvas
@@ -201,7 +201,7 @@ def _probed(why: str, index: int | None = None) -> Drawer:
 def _cause(probe: subprocess.CompletedProcess[str]) -> str:
     if probe.returncode < 0:
         return f"VTK found no OpenGL, and signal {-probe.returncode} ended its process"
-    return (probe.stderr.strip().splitlines() or [f"the probe ended with code {probe.returncode}"])[-1]
+    return (probe.stderr.strip().splitlines() or [f"a test of VTK ended with code {probe.returncode}"])[-1]
 
 
 def install_line() -> str:
@@ -215,5 +215,5 @@ def install_line() -> str:
     names = f"{system.get('ID', '')} {system.get('ID_LIKE', '')}".split()
     for families, command in _PACKAGES:
         if any(name in families for name in names):
-            return f"Install its system libraries: {command}"
+            return f"Install the system libraries that VTK needs: {command}"
     return "Install Mesa's EGL and its software driver (Debian: libegl1 and libgl1-mesa-dri)."

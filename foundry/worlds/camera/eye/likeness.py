@@ -11,8 +11,8 @@ from foundry.worlds.camera.loading.scene import UInt8Array
 MEAN_AT_MOST, FAR_AT_MOST = 1.0, 0.02
 """Largest differences of equal pictures: mean difference out of 255, and share of pixels with a large difference.
 
-In the shipped scenes, Mesa's two software renderers, with and without smooth edges, differ by at most 0.65 and 0.015. A
-turn of the eye by one degree gives at least 2.7 and 0.04.
+In the shipped scenes, pictures of Mesa's two software renderers, with and without smooth edges, have a mean difference
+of at most 0.65 and a share of at most 0.015. If the eye turns by one degree, the values are at least 2.7 and 0.04.
 """
 FAR = 16
 """A channel's difference above this value counts as large, out of 255."""

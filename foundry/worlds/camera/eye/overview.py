@@ -137,7 +137,7 @@ TOP_PX = 40
 """Height of the band at the top for a line of text."""
 
 ZOOMS = tuple(1.0 + 0.05 * number for number in range(30))
-"""Factors on the distance of the large picture's camera that are tried, in this order."""
+"""Factors by which the camera of the large picture moves away; they are tried in this order."""
 
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shifts of the large picture that are tried, in this order, as fractions of the way to the opposite edge."""
@@ -160,7 +160,7 @@ class Layout:
 
 
 def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tuple[int, int]) -> Layout:
-    """Return the layout that changes the large picture least, with the small one outside its content, a box (2, 3).
+    """Return the layout that changes the large picture least and does not cover the box `bounds` (2, 3) in it.
 
     `frame` and `inset` are the widths and heights of the large and the small picture, pixels.
     """
@@ -191,7 +191,10 @@ def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
 
 
 def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
-    """Return the shift of content with (n, 2) corners away from a small picture, pixels; `at` is (left, on top)."""
+    """Return the shift of content with (n, 2) corners away from the small picture, pixels.
+
+    `at` says whether the small picture is at the left, and whether it is at the top.
+    """
     low, high = shown.min(axis=0), shown.max(axis=0)
     far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
     return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))
@@ -219,7 +222,7 @@ SCENE_OPACITY = 0.22
 LAYERS = 6
 _FOV_DEG = 30.0
 _TURN_DEG = 22.0
-"""Rotation away from the view of the longer side, so that depth is visible."""
+"""Angle by which the camera is turned from a straight view of the scene's longer side, to show depth, degrees."""
 
 INSET_WIDTH = 288
 
@@ -228,7 +231,7 @@ _LOCAL = threading.local()
 
 @dataclass(frozen=True, eq=False)
 class OverviewFrame:
-    """The content of an overview.
+    """The content of an overview, a picture of the scene from outside.
 
     Attributes:
         foot: (3,) place of the agent's foot, metres.

@@ -249,7 +249,7 @@ def brightness(normals: FloatArray) -> FloatArray:
 
 
 SAMPLES = 4
-"""Samples per pixel of the view: edges are smooth, and every machine draws the same pixels."""
+"""Samples per pixel of the view: several, for smooth edges, and as many on every machine, so that pictures agree."""
 
 SKY: Colour = (0.62, 0.70, 0.78)
 """Colour beyond the scene."""

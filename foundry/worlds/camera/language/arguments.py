@@ -84,7 +84,7 @@ class Arguments:
     remarks: list[str] = field(default_factory=list)
 
     def infer(self, remark: str) -> None:
-        """Record that something was inferred that the words do not say."""
+        """Record that a part of the motion was inferred and is not in the words."""
         self.inferred = True
         self.remarks.append(remark)
 
@@ -314,7 +314,7 @@ def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def _is_noun(tokens: Sequence[Token], low: int, verb_at: int) -> bool:
-    """Return whether a verb is a noun with its words before it, as in "a 90 degree left turn"."""
+    """Return whether the word that looks like a verb is a noun after its amount, as in "a 90 degree left turn"."""
     return all(
         token.kind in HARMLESS or token.kind in ARGUMENTS or token.word.act is Act.MAKE for token in tokens[low:verb_at]
     )

@@ -45,7 +45,7 @@ class _Reader:
         self._later = False
 
     def read(self) -> list[Mention]:
-        """Return the motions in the sentence, in order, with those that it refuses or only reports."""
+        """Return the motions that the sentence asks for or refuses, in order, then the motions that it only reports."""
         for index, segment in enumerate(self._sentence.segments):
             self._index = index
             if not self._segment(segment):
@@ -65,7 +65,7 @@ class _Reader:
         return named and label.joint is None and answer.joint is not None and answer.joint.text == ":"
 
     def _segment(self, segment: Segment) -> bool:
-        """Read a segment, and return whether the segments after it count."""
+        """Read a segment; return False if the rest of the sentence is an example, which asks for nothing."""
         tokens = segment.tokens
         before = len(self._found)
         bars, told = self._scopes.bars(segment), self._told(segment)
@@ -90,7 +90,7 @@ class _Reader:
         return True
 
     def _verb(self, segment: Segment, bars: Sequence[Bar | None], low: int, at: int) -> int:
-        """Read a verb with its words, and return the index after them."""
+        """Read a verb with the words that belong to it, and return the index after these words."""
         tokens, verb = segment.tokens, segment.tokens[at]
         said = collect(tokens, low, at)
         if verb.word.act is Act.MAKE and not _makes(tokens, at, said):
@@ -132,14 +132,14 @@ class _Reader:
         self._found.append(replace(found, later=found.later or self._later, segment=self._index))
 
     def _told(self, segment: Segment) -> list[Bar | None]:
-        """Return, for each token, the reason why it is only a report, or None."""
+        """Return a `Bar` for each token that only reports, states a purpose or postpones a motion; else None."""
         bars = self._telling.told(self._index)
         if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
             return [Bar.EXAMPLE] * len(bars)
         return bars
 
     def _take_back(self, token: Token) -> None:
-        """Revoke the motions of the sentence so far, and those of the reply so far if the word says so."""
+        """Revoke the motions of the sentence so far, or of the reply so far, as a word such as "no, wait" demands."""
         if token.kind in (Kind.FIRST, Kind.RETRACT):
             while any(found.wanted for found in self._found):
                 self._found.pop()
@@ -310,7 +310,7 @@ def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
 
 
 def _is_open(amount: Amount | None, further: Amount | None) -> bool:
-    """Return whether a further amount can replace a motion's amount, as in "a step forward, about 1.5 m"."""
+    """Return whether a second amount makes the first more exact, as in "a step forward, about 1.5 m"."""
     if amount is None:
         return True
     one_step = amount.dimension is Dimension.STEP and amount.number == 1
@@ -334,7 +334,7 @@ _LONGEST_QUOTE = 80
 
 @dataclass(slots=True)
 class _Latest:
-    """The motions of the reply so far that nothing has revoked."""
+    """The motions in the part of the reply read so far, without revoked motions."""
 
     mentions: dict[Category, Mention] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
@@ -380,7 +380,7 @@ class _Latest:
 
 
 _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
-"""For each kind of motion, the direction of a refusal without a direction, which refuses them all."""
+"""The direction that stands for all directions of a kind of motion, as in "do not turn"."""
 
 
 def resolve(text: str, limits: Limits) -> Command:

@@ -1,17 +1,18 @@
 """Reads the motions that a reply in plain language asks for, and never invents a motion.
 
-Translation, turn of the body and turn of the gaze are read separately. The last mention of each in the text counts.
-"stay" revokes earlier sentences. A direction counts only with a verb of motion, after another command, or in a sentence
-without other content. These ask for no motion: what is negated, possible or conditional; questions and examples;
-reports of earlier steps or of others; purposes; postponed motions (all in `language.telling`); quotations; lists of
-options.
+Translation, turn of the body and turn of the gaze are read separately. If the text names one of these three kinds of
+motion several times, the last one counts. "stay" cancels the motions of earlier sentences. A direction counts only with
+a verb of motion, after another command, or in a sentence without other content. Negated, possible or conditional
+motions are not carried out, nor are motions in questions, examples, quotations and lists of options. The same holds for
+reports of earlier steps or of other agents, for purposes, and for postponed motions (see `language.telling`).
 
 A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
 
 A reply that is a JSON object is read as JSON. The requested keys are `direction` (a direction such as "forward-left",
 or null), `distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). A missing key, null and 0 mean
-no motion, and a command without any motion is "stay". Other keys are ignored, unless they name the action. An object
-such as {"action": "turn", "direction": "left", "angle": 45} is read as a sentence made of its values.
+no motion, and a command without any motion is "stay". Other keys are ignored, except a key that names the action. An
+object with such a key, as in {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of its
+values.
 
 The outcome is `chosen` if the reply contains a command; `repaired` if the command is JSON in a part of the reply, or
 plain language although JSON is requested; `unreadable` if the reply contains no command, so that nothing moves.
@@ -45,7 +46,7 @@ _QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
 _BEFORE = re.compile(rf"(?:\b(?:{_SAID})|{_SAID_CJK})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
 _AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
 _REACH = 24
-"""Number of characters before a quotation in which the word that introduces it is searched."""
+"""A word that introduces a quotation is searched in this number of characters before the quotation."""
 
 _ECHO = re.compile(
     r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|ステップ|第) ?\d{1,4}"
@@ -205,7 +206,7 @@ def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
 
 
 def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, str]]:
-    """Yield the words for one key of a JSON object, each with its place in the order of the sentence."""
+    """Yield the words for one key of a JSON object, each with the number of its place in the sentence."""
     if _ELSEWHERE.search(key) or _UNITS.search(key):
         return
     if isinstance(value, dict | list):
@@ -308,7 +309,7 @@ def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command
 
 
 def _is_sound(found: dict[str, Any]) -> bool:
-    """Return whether all values have the right types, and a distance has a direction."""
+    """Return whether all values have the right types, and a distance above 0 comes with a direction."""
     numbers = [found.get(key) for key in ("distance", "turn", "gaze")]
     if not all(value is None or (type(value) in (int, float) and abs(value) <= LARGEST) for value in numbers):
         return False
@@ -327,7 +328,7 @@ def _direction(found: dict[str, Any]) -> str:
 
 
 SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.0)
-"""The limits of `conf/world/usd.yaml`."""
+"""The largest movements of one step, as set in `conf/world/usd.yaml`."""
 
 
 class Interpreter(ABC):
@@ -356,7 +357,7 @@ class LastSentenceInterpreter(Interpreter):
 
 
 class JsonInterpreter(Interpreter):
-    """Reads the JSON command that the prompt `json` requests; a command in plain language is `repaired`."""
+    """Reads the JSON command that the prompt `json` requests; a command in plain language counts as `repaired`."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""

@@ -1,11 +1,12 @@
 """The words by which replies are read, from one file per language.
 
-Each entry of a file states a meaning, by the fields of `Word`, and the phrases that have it, in lower case:
+Each entry of a file has the fields of `Word`, which state a meaning. Four more fields list the phrases with this
+meaning, in lower case:
 
-words       phrases; ` | ` or a line break separates them, and `{a|b}` stands for a or b
-inflection  name of the endings of these words, which `inflections` lists
-forms       verbs, one a line, each with its forms in the order of `Form`
-numbers     number words with their values: `one=1 two=2`
+words       phrases, separated by ` | ` or a line break; `{a|b}` stands for a or b.
+inflection  name of a table in `inflections` with the endings that these words can have.
+forms       verbs, one per line, each with its forms in the order of `Form`.
+numbers     number words with their values, such as `one=1 two=2`.
 """
 
 import re
@@ -76,7 +77,7 @@ class Act(StrEnum):
 
 
 class Form(StrEnum):
-    """The form of a verb, as far as it matters."""
+    """The form of a verb. Only forms that change the meaning of a sentence are listed."""
 
     PLAIN = auto()
     ING = auto()
@@ -85,7 +86,7 @@ class Form(StrEnum):
 
 
 class Side(StrEnum):
-    """Position of the words that belong to a verb."""
+    """Says on which side of a verb its direction and amount stand."""
 
     AFTER = auto()
     BEFORE = auto()
@@ -154,7 +155,7 @@ class _Meaning(Word, frozen=True, kw_only=True):
 
 
 class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The endings of verbs.
+    """The endings that a group of verbs can have, by their effect.
 
     Attributes:
         asking: endings that keep the verb's meaning.
@@ -170,7 +171,7 @@ class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class _Language(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A language's file; with one of the words `afterwards` behind it, a verb's plain form asks for no motion."""
+    """The content of a language's file. A verb's plain form before one of the words `afterwards` asks for no motion."""
 
     meanings: list[_Meaning]
     inflections: dict[str, _Inflection] = {}
@@ -202,7 +203,7 @@ Table: TypeAlias = Mapping[str, Word]
 
 
 def read_language(name: str) -> Table:
-    """Return the meaning of each phrase of a language; the last one in the file if a phrase has several."""
+    """Return the meaning of each phrase of a language. If the file lists a phrase twice, its last meaning counts."""
     content = Path(__file__).with_name(f"{name}.toml").read_bytes()
     language = msgspec.toml.decode(content, type=_Language)
     return {phrase: word for meaning in language.meanings for phrase, word in language.phrases(meaning)}

@@ -36,7 +36,7 @@ class Token:
 
     @property
     def kind(self) -> Kind:
-        """Its role in the sentence."""
+        """The role of the token in the sentence."""
         return self.word.kind
 
 
@@ -299,7 +299,7 @@ def _decimals(tokens: Sequence[Token], at: int, whole: float) -> _Number:
 
 
 def _half(tokens: Sequence[Token], at: int) -> int | None:
-    """Return the index after "and a half" at this index, or None."""
+    """Return the index after the words "and a half" if they begin at `at`; else None."""
     for length in (3, 2, 1):
         if tuple(token.text for token in tokens[at : at + length]) in _HALVES:
             return at + length
@@ -310,7 +310,7 @@ MAX_WORDS = 1000
 """Largest number of words that may name a movement; if a text has more, the last ones are read."""
 
 MAX_REACH = 500
-"""Number of characters before and after such a word in which the ends of its sentence are searched."""
+"""The ends of a sentence are searched in this number of characters before and after a word that may name a movement."""
 
 _AT_CUT = 20
 """Number of tokens that are left out at the end of a sentence that was cut, since they may be incomplete."""
@@ -321,10 +321,10 @@ _END = re.compile(r"[!?;。\n]|\.(?!\d)")
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A part of a sentence between two joints.
+    """A part of a sentence between two joints. A joint is a comma, another mark, or a word such as "and".
 
     Attributes:
-        joint: the token before it, None at the start of the sentence.
+        joint: the joint before the segment; None at the start of the sentence.
     """
 
     joint: Token | None
@@ -332,13 +332,13 @@ class Segment:
 
     @property
     def text(self) -> str:
-        """Its words."""
+        """The words of the segment."""
         return " ".join(token.text for token in self.tokens)
 
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """A sentence, split at its joints.
+    """A sentence, split into segments at commas, other marks, and words such as "and".
 
     Attributes:
         question: whether it ends with a question mark.
@@ -385,7 +385,7 @@ def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
 
 
 def _without_asides(found: Sequence[Token]) -> list[Token]:
-    """Remove amounts in brackets that repeat the one before, as in "two (2) metres" or "2 m (about 6 feet)"."""
+    """Remove an amount in brackets that repeats the amount before it: "two (2) metres", "2 m (about 6 feet)"."""
     kept: list[Token] = []
     position = 0
     while position < len(found):

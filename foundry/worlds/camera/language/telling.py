@@ -1,7 +1,7 @@
 """Finds the words of a sentence that ask for no motion, and says why: each such word has a `Bar`.
 
-They are negated, possible, conditional, or an example ("not", "could", "if", "for example"). Or they report an earlier
-step or what others do, state a purpose, or postpone the motion.
+Such words are negated, possible, conditional, or an example ("not", "could", "if", "for example"). Other such words
+report an earlier step or another agent's motion, state a purpose, or postpone the motion.
 """
 
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ class Scopes:
         self._condition = False
 
     def bars(self, segment: Segment) -> list[Bar | None]:
-        """Return the bar of each token of the next segment."""
+        """Return, for each token of the next segment, the reason why it asks for no motion, or None."""
         self._enter(segment)
         bars = [self._pass(token) for token in segment.tokens]
         _bar_backwards(segment.tokens, bars)
@@ -79,7 +79,7 @@ class Scopes:
 
 
 def _bar_backwards(tokens: Sequence[Token], bars: list[Bar | None]) -> None:
-    """Bar a verb that a negation or possibility follows, as in "回転する必要はありません"."""
+    """Mark a verb as asking for no motion if a negation or possibility follows, as in "回転する必要はありません"."""
     for at, token in enumerate(tokens):
         if token.word.reach == "after":
             continue
@@ -122,7 +122,7 @@ _LABEL = ":"
 
 @dataclass(slots=True)
 class _Scope:
-    """A reason that applies to the following words, and the kind of word that began it."""
+    """A reason why the following words ask for no motion, and the kind of word at which the reason began."""
 
     told: Bar
     kind: Kind
@@ -131,7 +131,14 @@ class _Scope:
 
 @dataclass(slots=True)
 class _Seen:
-    """The words of a segment so far: whether a new subject came, the last other agent, the last verb, the bars."""
+    """The part of a segment that is read so far.
+
+    Attributes:
+        fresh: whether the speaker is the subject again, as after "I".
+        other: index of the last word for another agent, or None.
+        motion: index of the last verb, or None.
+        bars: for each token, the reason why it asks for no motion, or None.
+    """
 
     fresh: bool = False
     other: int | None = None
@@ -156,7 +163,7 @@ class Telling:
                 self._put_off[index] = Bar.LATER
 
     def told(self, index: int) -> list[Bar | None]:
-        """Return the bar of each token of the next segment."""
+        """Return, for each token of the next segment, the reason why it asks for no motion, or None."""
         segment = self._segments[index]
         tokens = segment.tokens
         if (index, len(tokens)) <= self._past_to:
@@ -179,7 +186,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """End the scope of the previous segment unless it goes on in this one."""
+        """Forget the reason of the previous segment unless the same reason also applies to this segment."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
@@ -207,7 +214,7 @@ class Telling:
         return will and scope.kind is Kind.LATER and before[0].kind is Kind.LATER
 
     def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
-        """Return whether a segment without a subject goes on with the report of the one before."""
+        """Return whether a segment without a subject continues the report of the segment before it."""
         segment, before = self._segments[index], self._segments[index - 1].tokens[-1].text
         if segment.joint is not None and segment.joint.text == _LABEL:
             return False
@@ -246,7 +253,7 @@ class Telling:
         return first is None or first.kind is not Kind.VERB or first.word.form is not Form.PLAIN
 
     def _of_verb(self, segment: Segment, at: int, seen: _Seen) -> Bar | None:
-        """Return the bar that a verb gets from its form and the words before it, or None."""
+        """Return the reason, from its form or the words before it, why a verb asks for no motion; else None."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.PAST:
             self._scope = _Scope(Bar.TOLD, Kind.VERB)
@@ -261,7 +268,7 @@ class Telling:
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
     def _leave(self, index: int, seen: _Seen) -> None:
-        """Bar the verbs before the word of a segment that puts all of it into the past or the future."""
+        """Mark the whole segment as asking for no motion if one of its words, such as "later", names another time."""
         tokens = self._segments[index].tokens
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]
@@ -354,7 +361,7 @@ def _is_past(tokens: Sequence[Token]) -> bool:
 
 
 def _has_only_forms(tokens: Sequence[Token]) -> bool:
-    """Return whether each verb of a segment has a form that can only report or go on."""
+    """Return whether no verb of a segment has its plain form, so that none gives a command."""
     return all(token.word.form in _GOING_ON for token in tokens if token.kind is Kind.VERB)
 
 
@@ -374,7 +381,7 @@ def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: 
 
 
 def _is_noun(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a verb is a noun in a report, as in "my turn to the right has shown"."""
+    """Return whether the word that looks like a verb is a noun in a report, as in "my turn to the right has shown"."""
     if tokens[at].word.act not in (Act.TURN, Act.MOVE) or not at or tokens[at - 1].text not in _NOUNS:
         return False
     return _is_past(tokens[at + 1 :])

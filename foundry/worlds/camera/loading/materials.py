@@ -103,7 +103,7 @@ def _pixels(picture: Image.Image) -> UInt8Array:
 
 
 def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: bool) -> UInt8Array:
-    """Return value * scale + bias, both (4,), of a picture's values, which are linear light if `linear`, else sRGB."""
+    """Return a picture after value * scale + bias, both (4,). Its values are linear light if `linear`, else sRGB."""
     depth = texture.shape[2]
     values = texture / 255.0
     light = values[..., :3] if linear else to_linear(values[..., :3])
@@ -220,7 +220,7 @@ _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 """Outputs of a texture's node that are a single channel."""
 
 _NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displacement is not drawn"}
-"""Inputs for textures that are not drawn."""
+"""Inputs of a shader that foundry does not draw, each with the message for the user."""
 
 
 class _Reader:
@@ -283,7 +283,7 @@ class _Reader:
         return scaled(picture, scale, bias, linear=linear)
 
     def _alpha(self, shader: Any) -> UInt8Array | None:
-        """Return the opacity as (h, w) bytes, or None if it has no texture."""
+        """Return the texture of the opacity as (h, w) bytes; None if no texture sets the opacity."""
         opacity = source(shader, "opacity")
         giver = node(opacity)
         if opacity is None or giver is None:

@@ -53,7 +53,7 @@ class GprimReader:
         return None
 
     def _shape(self, prim: Any, kind: str) -> Topology:
-        """Return a primitive shape; an attribute of a wrong type gets the default of its schema."""
+        """Return a primitive shape. A value of a wrong type is replaced by the default value from USD's schema."""
         definition = prim.GetPrimDefinition()
 
         def size(name: str) -> float:

@@ -99,7 +99,7 @@ def _opened(scene: Path, name: str) -> Any | None:
     if ending and ending not in FORMATS and Sdf.FileFormat.FindByExtension(ending):
         raise InputError(
             f"Scene '{scene}' refers to '{name}'. An extension of USD reads '.{ending}' files, and could read files "
-            f"outside the folder. Convert it to one of {', '.join(FORMATS)}."
+            f"outside the allowed folder. Convert the file to one of {', '.join(FORMATS)}."
         )
     try:
         return Sdf.Layer.FindOrOpen(name)
@@ -132,7 +132,7 @@ def _refuse(path: Path, elsewhere: set[Path], root: Path) -> None:
     advice = (
         "Copy them into one folder, since only the whole disk contains them all."
         if folder == Path(folder.anchor)
-        else f"If you trust it, let it read all files in '{folder}', which contains them all: "
+        else f"If you trust the scene, let it read all files in '{folder}': "
         f"world.scene.root='{folder}' (--root '{folder}' for `foundry scene`)."
     )
     raise InputError(f"Scene '{path}' refers to '{files[0]}'{more}, which is not below '{root}'. {advice}")

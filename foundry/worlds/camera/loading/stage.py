@@ -25,15 +25,21 @@ LARGEST_INSTANCER = 4_000_000
 """Maximum number of triangles of all copies of a prototype together; further copies are reported and not drawn."""
 
 REACH = 1e8
-"""Largest distance from the origin (metres; file units for copies). Farther points are mistakes, and would shrink the
-scene to nothing."""
+"""Largest distance of a point from the origin (metres; file units for copies). A point farther away is a mistake, and
+would make the rest of the scene invisibly small."""
 
 _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a walk over a stage starts: prefix of its paths, inherited label, and the instancers around it."""
+    """The start of a walk over a part of a stage.
+
+    Attributes:
+        prefix: beginning of the paths of all meshes; it replaces the first `skip` characters of a prim's path.
+        label: label that prims without a label of their own inherit.
+        within: paths of the instancers that contain this part.
+    """
 
     prefix: str = ""
     skip: int = 0
@@ -96,7 +102,7 @@ class Walker:
             if (np.abs(mesh.points) <= REACH).all():
                 yield mesh
             else:
-                self._findings.add(f"Not drawn, since a place is not a number or beyond {REACH:g} m", mesh.path)
+                self._findings.add(f"A point is not a number, or is more than {REACH:g} m from the origin", mesh.path)
 
     def _own_meshes(self, prim: Any, place: _Place) -> Iterator[SceneMesh]:
         if prim.IsA(UsdGeom.PointInstancer):
@@ -175,7 +181,7 @@ class Walker:
             self._findings.add("Skinned meshes are drawn in their rest shape", path)
         mode = self._values.text(prim.GetAttribute("model:drawMode"), "default")
         if mode not in ("default", "inherited"):
-            self._findings.add(f"Draw mode '{mode}' is not drawn, the geometry is", path)
+            self._findings.add(f"The geometry is drawn instead of the draw mode '{mode}'", path)
 
 
 def reason_of(error: Tf.ErrorException) -> str:

@@ -30,7 +30,7 @@ class Findings:
 
 
 LARGEST = 1e15
-"""Largest valid number: no scene needs larger numbers, and their squares must stay finite."""
+"""Largest number that is accepted in a USD file. No scene needs a larger number, whose square could be infinite."""
 
 _Default = TypeVar("_Default")
 

@@ -277,7 +277,7 @@ def test_kinds_of_prims_lights_skins_draw_modes_subdivision_and_bumps_that_are_n
         "Skinned meshes are drawn in their rest shape: /Square",
         "Lights are not used, the scene is lit evenly: /Sky",
         "Prims of the unknown type 'MagicFog' are not drawn: /Fog",
-        "Draw mode 'cards' is not drawn, the geometry is: /House",
+        "The geometry is drawn instead of the draw mode 'cards': /House",
         "Subdivision surfaces are drawn without their subdivision: /Square",
         "Normal maps are not drawn: /Plaster/Surface",
         "Displacement is not drawn: /Plaster/Surface",
