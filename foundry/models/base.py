@@ -330,7 +330,7 @@ class Model(ABC):
         return {}
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what the canary calls found out about the weights, for the model or for each member."""
+        """Return the results of the canary calls, for the model or for each member of a population."""
         return ()
 
     async def confirm(self) -> None:
@@ -445,7 +445,7 @@ class ScriptedModel(Model):
         return self.reply(request)
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests in order, without a task for each."""
+        """Answer several requests one after another, without an asyncio task for each request."""
         return [self.reply(request) for request in requests]
 
     def parameters(self) -> dict[str, Any]:

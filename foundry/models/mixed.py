@@ -100,7 +100,7 @@ class MixedModel(Model):
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what the canary calls found out about each member's weights."""
+        """Return the results of the canary calls for each member."""
         return tuple(canary for model in self._models.values() for canary in model.canaries())
 
     async def confirm(self) -> None:

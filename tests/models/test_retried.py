@@ -71,7 +71,7 @@ def test_a_wait_of_a_day_is_granted_and_a_longer_one_ends_the_sweep():
     asyncio.run(retried(Scripted(day, Reply(text="hi")), naps).ask(make_request()))
     assert naps == [86_400.0]
     years = TransientError("full.", busy=True, retry_after_s=1e9)
-    with pytest.raises(ServerError, match=r"^full\. It asks to wait 1000000000 s\. .*foundry resume$"):
+    with pytest.raises(ServerError, match=r"^full\. The server asks for a wait of 1000000000 s\. .*foundry resume$"):
         asyncio.run(retried(Scripted(years, Reply(text="hi")), naps).ask(make_request()))
     with pytest.raises(TransientError, match=r"^full\.$"):
         asyncio.run(retried(Scripted(years), naps, attempts=1).ask(make_request()))

@@ -199,7 +199,7 @@ def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
 def seconds_in(
     body: Mapping[str, Any], keys: Sequence[str], origin: Origin, *, per_s: float = 1e9
 ) -> list[float] | None:
-    """Return durations in seconds; an absent one is 0. If a value is wrong, return None and log this once."""
+    """Return durations in seconds; absent ones count as 0. If a value is wrong, return None and log this once."""
     for key in keys:
         if not _is_number(body.get(key, 0)):
             _say_unknown(origin, key)

@@ -91,7 +91,7 @@ class ConfirmedModel(Wrapper):
         return reply
 
     def canaries(self) -> tuple[Canary, ...]:
-        """Return what the canary calls found out about the weights."""
+        """Return the results of the canary calls, which show whether the weights changed."""
         record = None if self._watch is None else self._watch.record()
         return () if record is None else (record,)
 

@@ -71,7 +71,7 @@ class Limit:
         return self._now
 
     def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
-        """End a call, and start waiting calls, preferably of a run that suits the free server."""
+        """Count a call as ended, and let waiting calls start, first calls of runs that suit the free server."""
         self._pass_time()
         self.in_flight -= 1
         for _ in range(PACE):

@@ -130,11 +130,12 @@ def _error(state: RetryCallState) -> Any:
 
 
 def _check_wait(state: RetryCallState) -> None:
-    """Raise an error if a server requests too long a wait."""
     error = _error(state)
     asked_s = error.retry_after_s or 0.0
     if asked_s > LONGEST_ASKED_S:
-        raise ServerError(f"{error} It asks to wait {asked_s:.0f} s. Continue later with: foundry resume") from error
+        raise ServerError(
+            f"{error} The server asks for a wait of {asked_s:.0f} s. Continue later with: foundry resume"
+        ) from error
 
 
 def _given_up(error: TransientError, tries: int) -> TransientError:

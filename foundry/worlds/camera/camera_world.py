@@ -96,7 +96,7 @@ class Moved:
 
 
 def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
-    """Return the result of a command from a pose; with `slide`, the body slides along an obstacle, else it stops."""
+    """Return the result of a command from a pose; if `slide`, the body slides along obstacles, else it stops."""
     if command.idle:
         return Moved(pose, None, 0.0, (pose,), ())
     yaw = (pose.yaw + (command.turn or 0.0)) % 360.0
@@ -420,7 +420,7 @@ class CameraRedrawing(Redrawing):
 def _overview_after(
     latest: CameraStep | None, poses: Sequence[Pose], height_m: float, inset: UInt8Array
 ) -> OverviewFrame:
-    """Return the content of the overview after the latest decision, given all poses so far and the present view."""
+    """Return the content of the overview after the latest decision: all poses so far, and the present view."""
     trail = feet_of(poses)
     caption = "" if latest is None else describe(recorded_command(latest), latest)
     return OverviewFrame(

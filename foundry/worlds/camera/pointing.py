@@ -83,7 +83,7 @@ class Pointer:
         )
 
     def _shares(self, offsets: FloatArray) -> FloatArray:
-        """Return where the picture shows points at (n, 3) offsets from the eye, (k, 2); points behind the eye are left out."""
+        """Return where the picture shows points at (n, 3) offsets from the eye, (k, 2), without points behind it."""
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:

@@ -87,7 +87,7 @@ class Way:
 
     @property
     def corners(self) -> list[list[float]]:
-        """The points [x, y] to walk to, one after another, without those that are reached already."""
+        """The points [x, y] to walk to, one after another, without points that the agent has reached."""
         gaps = np.hypot(*(self.points - self.points[:1])[:, :2].T)
         ahead = self.points[int(np.argmax(gaps > ARRIVED_M)) :] if (gaps > ARRIVED_M).any() else self.points[-1:]
         return [[float(x), float(y)] for x, y, _ in ahead]

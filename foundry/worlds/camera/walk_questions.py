@@ -84,7 +84,7 @@ class Walk:
         return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
 
     def arrivals(self) -> dict[str, int]:
-        """Return the number of the first picture that shows each thing, without things that it shows too small."""
+        """Return the number of the first picture of each thing, without things that are too small when first seen."""
         found = {name: self._first(name) for name in self.seen()}
         return {
             name: first

@@ -227,7 +227,7 @@ class Leg:
         return float(found[0]) if found.size else None
 
     def _follow(self, stations: FloatArray, floor: FloatArray, end: Stop | None) -> Way:
-        """Return the path over the level stretches of the floor, up to an obstacle."""
+        """Return the path over the floor, one level part after another, up to the first obstacle."""
         track = [self._at(0.0, floor[0])]
         first = 0
         while first < len(floor) - 1:
@@ -338,7 +338,7 @@ class Collider:
         return Motion(track[-1], _length(track), stopped_by, track)
 
     def _slide(self, track: FloatArray, wish: FloatArray, left: float, body: Body, normal: FloatArray) -> FloatArray:
-        """Return a path (k, 3), continued from its end by sliding; `left` is the requested length that is left."""
+        """Return the path (k, 3) after sliding on from its end; `left` is the part of the wished length still to go."""
         places, touched = list(track), [normal]
         for _ in range(MAX_TURNS):
             deflected = _deflected(wish, touched)
@@ -417,5 +417,4 @@ def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatAr
 
 
 def _length(track: FloatArray) -> float:
-    """Return the length of a path through (k, 3) places, seen from above."""
     return float(np.hypot(*np.diff(track[:, :2], axis=0).T).sum())

@@ -152,7 +152,7 @@ class Approach:
 
 
 class Approaches:
-    """Finds the cells, with centres (n, 3) in metres, around a place or on the way out of a narrow place."""
+    """Finds the path from any place to cells nearby; the centres of all cells are `places` (n, 3), metres."""
 
     def __init__(self, collider: Collider, body: Body, places: FloatArray, cell_m: float) -> None:
         self._collider, self._body, self._places, self._cell_m = collider, body, places, cell_m

@@ -219,7 +219,7 @@ def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float)
 
 
 def _shortened(points: FloatArray, free: Free) -> FloatArray:
-    """Return a path's points, without those that a free straight line to a later point makes needless."""
+    """Return a path's points, without points that a free straight line can skip."""
     kept = [0]
     while kept[-1] < len(points) - 1:
         here = kept[-1]
@@ -235,7 +235,7 @@ def _shortened(points: FloatArray, free: Free) -> FloatArray:
 
 
 def _dense(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> FloatArray:
-    """Return a path's points with further points between them, a spacing apart, on the floor."""
+    """Return a path's points and additional points on the floor between them, `spacing_m` apart."""
     parts = [points[:1]]
     for start, end in zip(points[:-1], points[1:], strict=True):
         pieces = max(int(np.hypot(*(end - start)[:2]) / spacing_m), 1)

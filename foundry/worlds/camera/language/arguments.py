@@ -279,7 +279,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words on both sides of a verb that belong to it: directions before or right after, amounts after."""
+    """Return the words that belong to a verb, such as directions before or right after it, and amounts after it."""
     before = words_before(tokens, low, verb_at)
     said = Arguments(
         before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1

@@ -90,7 +90,7 @@ class _Reader:
         return True
 
     def _verb(self, segment: Segment, bars: Sequence[Bar | None], low: int, at: int) -> int:
-        """Read a verb with the words that belong to it, and return the index after these words."""
+        """Read a verb and the words that belong to it; return the index of the next word."""
         tokens, verb = segment.tokens, segment.tokens[at]
         said = collect(tokens, low, at)
         if verb.word.act is Act.MAKE and not _makes(tokens, at, said):

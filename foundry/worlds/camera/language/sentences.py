@@ -51,7 +51,7 @@ def _alternatives(names: Iterable[str]) -> str:
 
 
 def _branches(names: Sequence[str]) -> str:
-    """Return a regular expression for sorted names that shares their beginnings, so that few of them are tried."""
+    """Return a regular expression for sorted names; it states common beginnings once, so that matching is fast."""
     shared = os.path.commonprefix(names)
     rests = [name[len(shared) :] for name in names]
     ends = "" in rests

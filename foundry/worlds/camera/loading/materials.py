@@ -50,7 +50,7 @@ class Textures:
         self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
     def load(self, attribute: Any | None, values: Values) -> UInt8Array | None:
-        """Return the (h, w, 3 or 4) picture that an attribute names, or None if it names none or it cannot be read."""
+        """Return the (h, w, 3 or 4) picture that an attribute names; None if it is missing or damaged."""
         asset = values.asset(attribute)
         if attribute is None or not asset.path:
             return None
@@ -158,7 +158,7 @@ def source(shader: Any, name: str) -> Any | None:
 
 
 def node(attribute: Any | None) -> Any | None:
-    """Return the shader whose output this attribute is, or None if it holds a value."""
+    """Return the shader whose output this attribute is, or None if the attribute holds a value itself."""
     if attribute is None or UsdShade.Utils.GetType(attribute.GetName()) != UsdShade.AttributeType.Output:
         return None
     return UsdShade.Shader(attribute.GetPrim())

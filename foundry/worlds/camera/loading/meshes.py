@@ -67,7 +67,7 @@ def triangulated(points: FloatArray, counts: IntArray, indices: IntArray, holes:
 
 
 def _cut(polygons: FloatArray) -> IntArray:
-    """Return the corners of the triangles of (f, s, 3) polygons, as positions within each polygon, (f, s - 2, 3)."""
+    """Cut (f, s, 3) polygons into triangles; return each triangle's corners by number in its polygon, (f, s - 2, 3)."""
     count, size = polygons.shape[:2]
     normals = np.cross(polygons, np.roll(polygons, -1, axis=1)).sum(axis=1)
     cut = np.zeros((count, size - 2, 3), np.int64)
@@ -89,14 +89,17 @@ def _fan(size: int, first: int) -> IntArray:
 
 
 def _is_sound(polygons: FloatArray, normals: FloatArray, fan: IntArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return, for each polygon, whether every triangle of the fan faces the same way as the polygon."""
+    """Return, for each polygon, whether all triangles of the fan face the same way as the polygon.
+
+    The triangles of a fan share one corner.
+    """
     a, b, c = (polygons[:, fan[:, i]] for i in range(3))
     facing = np.einsum("fti,fi->ft", np.cross(b - a, c - a), normals)
     return np.asarray((facing >= 0).all(axis=1))
 
 
 def _ears(polygon: FloatArray) -> IntArray:
-    """Cut one (s, 3) polygon ear by ear; a polygon that crosses itself is cut as a fan."""
+    """Cut one (s, 3) polygon into triangles by ear clipping, or into a fan of triangles if this fails."""
     size, ids = len(polygon), vtkIdList()
     shape: Any = vtkPolygon()
     shape.GetPoints().SetNumberOfPoints(size)
@@ -183,7 +186,10 @@ def capsule(bottom: float, top: float, height: float, axis: str) -> Topology:
 
 
 def plane(width: float, length: float, axis: str) -> Topology:
-    """Return a rectangle whose normal is the axis: width along x (z when the axis is X), length along y (z when Y)."""
+    """Return a rectangle whose normal is the axis.
+
+    The width is along x, or along z for the axis X. The length is along y, or along z for the axis Y.
+    """
     u, v = {"X": (2, 1), "Y": (0, 2), "Z": (0, 1)}[axis]
     points = np.zeros((4, 3))
     points[:, u] = np.array([-1, 1, 1, -1]) * width / 2

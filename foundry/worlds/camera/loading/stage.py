@@ -153,7 +153,7 @@ class Walker:
             yield placed(mesh, matrices[:most])
 
     def _matrix(self, prim: Any, root: Any) -> FloatArray:
-        """Return the (4, 4) transform from a prim's space to the stage's, or to the prototype's where a walk began."""
+        """Return the (4, 4) transform from a prim's space to the space of the stage, or of the prototype `root`."""
         if root.IsPseudoRoot():
             return np.array(self._transforms.GetLocalToWorldTransform(prim), np.float64)
         if prim == root:
