@@ -222,7 +222,7 @@ def test_pictures_lie_evenly_on_a_way_and_the_last_one_looks_at_its_goal():
     [
         ({"walk": "aimless"}, "oracle, own"),
         ({"questions": ["nearest"]}, "Did you mean 'nearer'"),
-        ({"questions": ["side", "side"]}, "named 'side'"),
+        ({"questions": ["side", "side"]}, "the name 'side' twice"),
         ({"questions": []}, "questions is empty"),
         ({"frames": 1}, "frames"),
         ({"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]}, "not a setting of this world"),
