@@ -1,6 +1,7 @@
 """Put different language models into the same small world and measure how differently they behave.
 
-The names below are for programs and notebooks; each is imported when it is first used. See `docs/python.md`.
+The public names of foundry are for programs and notebooks; Python imports each name at its first use. See
+`docs/python.md`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Runs sweeps from Python, for example in a notebook; does what the command does, without its output."""
+"""Runs sweeps from Python, for example in a notebook, as the command `foundry` does, but without its output."""
 
 import asyncio
 import threading

@@ -32,7 +32,7 @@ Shares: TypeAlias = dict[str, float]
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a server draws a token, given the probabilities of all tokens.
+    """The rule by which a server draws a token, given the probabilities of all tokens.
 
     Attributes:
         temperature: 0..1; above 1, the tokens that are not reported could have any share.
@@ -83,7 +83,7 @@ class Sampling:
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
-    """Set the probabilities of filtered tokens to 0. The last value in `chances` is the sum over unreported tokens."""
+    """Set the probabilities of filtered tokens to 0. The last value in `chances` belongs to all unreported tokens."""
     *told, rest = chances
     if 0 < filters["top_k"] <= len(told):
         told, rest = told[: int(filters["top_k"])], 0.0

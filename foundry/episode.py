@@ -1,8 +1,8 @@
 """The loop that plays every world: ask all pending questions at once, let the world advance, store the records.
 
-Some worlds know early which questions an agent will get next. If replies take time, foundry asks such
-an agent at once, without waiting for the slowest reply of the round. Early questions do not change the records:
-foundry still records one whole round after another.
+Some worlds know early which questions an agent will get next. If replies take time, foundry asks each
+agent as early as possible, without waiting for the slowest reply of the round. Early questions do not change the
+records: foundry still records one whole round after another.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ class Asks(Protocol):
         """Send requests, and return a future for each reply."""
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the line of the log for an answered request."""
+        """Return the line in the log of calls for an answered request."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Asker:
         return self.model.begin(requests)
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the line of the log for an answered request."""
+        """Return the line in the log of calls for an answered request."""
         source = reply.source or self._source(request)
         return Call(
             step=request.step,
@@ -187,7 +187,7 @@ class _Episode:
 
 
 class _AskedAhead:
-    """Plays the rest of an episode: asks each question as soon as it is known, and records whole rounds in order."""
+    """Plays an episode to its end: asks each question as soon as it is known, and records whole rounds in order."""
 
     def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
         self._episode = episode

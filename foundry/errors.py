@@ -51,7 +51,7 @@ class Interrupted(Exception):
 
 
 class UndeclaredError(FoundryError):
-    """A world wrote a record that it did not declare; ends the run."""
+    """A world wrote a record that it did not declare, so the run ends."""
 
 
 class BackendError(FoundryError):
@@ -77,15 +77,15 @@ class TransientError(BackendError):
 
 
 class RequestError(BackendError):
-    """The server refused a request and would refuse it again. This error ends the run."""
+    """The server refused a request and would refuse it again, so the run ends."""
 
 
 class UnconfirmedError(BackendError):
-    """Nobody knows whether the server still has the weights that answered in a run. This error ends the run."""
+    """Nobody knows whether the server still has the weights that answered in a run, so the run ends."""
 
 
 class ServerError(BackendError):
-    """No request to this server can succeed at present. This error ends the sweep."""
+    """No request to a server can succeed at present, so the sweep ends."""
 
 
 class ModelChangedError(ServerError):

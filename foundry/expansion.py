@@ -24,7 +24,7 @@ IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
 LONGEST_NAME, LONGEST_SHOWN = 240, 40
-"""Maximum number of characters of the name of a world, model or prompt, and of a name in an error."""
+"""Maximum number of characters in the name of a world, model or prompt, and in a name that an error shows."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def calls_seed(config: Mapping[str, Any]) -> int:
 
 
 LATER = frozenset({"logprobs"})
-"""Settings of models that later versions added. Run ids ignore such a setting if it is null, so old ids stay valid."""
+"""Settings of models that later versions added; run ids ignore them while they are null, so old ids stay valid."""
 
 
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:

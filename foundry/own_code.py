@@ -1,7 +1,7 @@
 """Finds your own code: in folders given by `--config-dir`, or through entry points of installed packages.
 
 A file `mine/signatures/greed.py` is a signature module, and so is an entry point in the group `foundry.signatures`.
-Python can import every file in `mine/`, but searches this folder last. So no file in it can hide a module of foundry or
+Python can import every file in `mine/`, but searches this folder last, so that its files hide no module of foundry or
 of a library.
 """
 
@@ -171,13 +171,13 @@ def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], tak
     numbered = (f"{name}_{number}" for number in itertools.count(2))
     free = next(other for other in numbered if other not in shipped and other not in taken)
     raise InputError(
-        f"{part} has the name '{name}' of a shipped part, {shipped[name]}. Rename yours, for example to '{free}'."
+        f"{part} has the name '{name}' of a shipped part, {shipped[name]}. Rename your part, for example to '{free}'."
     )
 
 
 @cache
 def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
-    """Return the entry points of a group; cached, because reading those of all packages takes milliseconds."""
+    """Return the entry points of a group; cached, because the search in all packages takes milliseconds."""
     from importlib.metadata import entry_points  # this import takes as long as the rest of a `--help` command
 
     return tuple(

@@ -12,7 +12,7 @@ MENDING = "json-repair"
 """The package that repairs broken replies."""
 
 PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib", MENDING)
-"""Packages of which another version may change a record or a frame."""
+"""Packages whose version may affect a record or a frame."""
 
 READERS = 4
 """Version of the code that reads replies; increase it if the code of any world reads any reply differently."""

@@ -1,6 +1,7 @@
 """The records of a run: each kind of line has a struct, which documents the keys of this line.
 
-All lines are UTF-8 JSON, one object per line. Encoding is deterministic: keys in the order of the fields.
+All lines are UTF-8 JSON, one object per line. The encoding is deterministic: the keys have
+the order of the fields in the struct.
 """
 
 import math
@@ -231,7 +232,7 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""The kinds of command in a 3D world. If a command has several parts, the walk decides, then the turn."""
+"""The kinds of command in a 3D world; a command with several parts has the kind of its walk, else of its turn."""
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 
@@ -422,7 +423,7 @@ class Member(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Origin(msgspec.Struct, frozen=True, kw_only=True):
-    """The origin of a forked run.
+    """The run and the step at which a fork begins.
 
     Attributes:
         sweep: folder name of the original sweep.

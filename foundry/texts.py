@@ -1,4 +1,4 @@
-"""Cleans texts before they are recorded, printed or written into tables, and words numbers."""
+"""Cleans texts before they are recorded, printed or written into tables, and writes numbers with their nouns."""
 
 import re
 import unicodedata

@@ -25,7 +25,7 @@ LIKELIEST = 5
 PLACES = 4
 """Number of first tokens of a reply whose log-probabilities are compared."""
 MARK = "~"
-"""If a server changes its weights but not its digest, foundry adds this sign and a mark of the new weights to it."""
+"""If a server changes its weights but not its digest, foundry adds to the digest this sign and a new mark."""
 DIGITS = 4
 """Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
@@ -39,11 +39,10 @@ SAME_SHARED, OTHER_SHARED = 0.8, 0.4
 From the first threshold on, the weights count as the same; below the second threshold, as different.
 """
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
-"""Two thresholds of the share of a text before its first difference from another text.
+"""Two thresholds, for servers without log-probabilities: share of a text before its first difference from another text.
 
-These thresholds are for servers without log-probabilities. From the first threshold on, the weights count as the same;
-below the second threshold, as different. The script `benchmarks/bench_llama.py` measures all six thresholds;
-docs/models.md shows the results.
+From the first threshold on, the weights count as the same; below the second threshold, as different. The script
+`benchmarks/bench_llama.py` measures all six thresholds; docs/models.md shows the results.
 """
 
 
@@ -86,7 +85,7 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Canary(msgspec.Struct, frozen=True, kw_only=True):
-    """What a run records about the weights that gave its answers (`canaries` in `run.json`).
+    """The record of a run about the weights that gave its answers (`canaries` in `run.json`).
 
     Attributes:
         signs: canary of the weights that gave the cached answers, in the order of the prompts.
@@ -109,7 +108,7 @@ class Canary(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Distance:
-    """How much two canaries differ.
+    """The distance between two canaries.
 
     Attributes:
         gap: mean difference of the log-probabilities of tokens that both list; None if not reported.
@@ -124,7 +123,7 @@ class Distance:
 
     @classmethod
     def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
-        """Compare the replies to the same prompts. Tokens are compared only while the text before them is equal."""
+        """Measure the distance between replies to the same prompts, by all tokens up to the first different text."""
         pairs = list(zip(first, second, strict=True))
         places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]
         gaps = [abs(one.top[token] - other.top[token]) for one, other in places for token in _shared(one, other)]

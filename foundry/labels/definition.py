@@ -197,7 +197,7 @@ def _check(where: str, choices: Sequence[Any], known: _File) -> None:
     if not known.question.strip():
         raise InputError(f"{where}: the question is empty. Write a question about a text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
-        raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Use at least two different ones.")
+        raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Use at least two different choices.")
     if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):
         raise InputError(f"{where}: a choice must be a non-empty text other than '{UNCLEAR}', which is always offered.")
     for key, pattern in (("rule", known.rule), ("near", known.near)):

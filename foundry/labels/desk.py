@@ -52,7 +52,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LabelDesk:
-    """The texts of a sample and the labels of all people. Threads may share one desk.
+    """The texts of a sample and the labels of all people, which several threads may use at once.
 
     A person's next text is one of the texts that the fewest other people have labelled or see now. Among these, each
     person has a separate order, which takes one text of every stratum in turn. So two people begin with different
@@ -90,7 +90,7 @@ class LabelDesk:
                 raise InputError("This text is no longer shown: reload the page to continue.")
             options = (*self._label.options(self._drawn[item].context), UNCLEAR)
             if label not in options:
-                raise InputError(f"'{label}' is not an answer here: choose {', '.join(options)}.")
+                raise InputError(f"'{label}' is not an answer to this question: choose {', '.join(options)}.")
             self._add(person, item, label, round(self._clock() - since, 3))
             del self._now[person]
             return self._place(person)

@@ -2,7 +2,7 @@
 
 Each label of a person becomes a line of the person's file. The line is on the disk before the page confirms the label,
 and a later line about the same text replaces an earlier one. Because each person has a file, several people can label
-at the same time; because each label is on the disk, a crash loses none.
+at the same time; because each label is on the disk, a crash loses no label.
 """
 
 import hashlib

@@ -56,7 +56,7 @@ class Item:
 
     @property
     def content(self) -> bytes:
-        """The text and its shown context as bytes. Two texts with equal bytes get equal labels."""
+        """The text and the context that a labeller sees, as bytes; texts with equal bytes get equal labels."""
         return content_of(self.text, self.context)
 
 
@@ -193,6 +193,6 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
 
 
 def recorded_action(_: str, context: Context) -> str | None:
-    """Return the recorded decision of a reply, None if it was unreadable. The label `reading` uses this as its rule."""
+    """Return a reply's recorded decision, or None if the reply was unreadable: the rule of the label `reading`."""
     recorded = str(context[_RECORDED])
     return recorded if recorded not in ("", NONE) else None

@@ -179,7 +179,7 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
 def kept_of(
     moments: Sequence[Moment], recorded: Mapping[str, Past], strata: Sequence[Strata] = ()
 ) -> tuple[Moments, dict[str, Past]]:
-    """Return the moments as stored, and the calls of each run up to its last moment."""
+    """Return the content of `moments.json`, and the calls of each run up to its last moment."""
     last = {run: max(moment.step for moment in mine) for run, mine in by_run(moments).items()}
     past = {run: recorded[run].up_to(step) for run, step in sorted(last.items())}
     runs = {run: Source(seed=one.seed, sha256=one.digest()) for run, one in past.items()}

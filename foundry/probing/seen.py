@@ -209,7 +209,7 @@ class SeenProbe:
         return self.moments.moments.index(Moment(run, step, agent, kind, again))
 
     def seen(self, number: int, *, plain: bool = False) -> Seen:
-        """Return a moment in full.
+        """Return all that a page shows about a moment.
 
         Args:
             number: its index in the list of moments.
@@ -232,7 +232,7 @@ class SeenProbe:
         return Seen(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
-        """Return an image that an agent sees under an edit. If the question has none, draw the world instead.
+        """Return an image that an agent sees under an edit, or a picture of the world if the question has no image.
 
         Raises:
             InputError: there is no such image, or the world must not be built, because its code is not trusted.

@@ -2,8 +2,8 @@
 
 A space of formats lists options for each feature; a format chooses one option per feature (FormatSpread, Sclar et al.
 2024, arXiv 2310.11324). Marks in the source of a template enclose the parts that may change, such as headings. foundry
-sets these marks before it fills in an observation. So a format never changes the messages of agents, nor the
-requested form of the reply.
+sets the marks before it fills in an observation, so a format never changes the messages of agents, nor the requested
+form of the reply.
 """
 
 import json
@@ -106,7 +106,7 @@ class Format:
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Replace the words in a template's source that this format replaces, and mark all parts that it may change."""
+        """Replace words in a template's source as the format says, and mark the parts that the format may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
@@ -189,7 +189,7 @@ def _line_marked(line: str) -> str:
 
 
 def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield each heading alone. Labels with only blanks between them form one group, and so do items of a list."""
+    """Yield groups of labels, or of list items, with only blanks between them; each heading is a group alone."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in found:

@@ -36,7 +36,7 @@ _QUOTED = re.compile(r"'([^']*)'")
 
 
 class PromptEnvironment(ImmutableSandboxedEnvironment):
-    """In a template, `a.b` means the key `b` of the dict `a`, never a method. So a key may be named `items`."""
+    """In a template, `a.b` means the key `b` of the dict `a`, never a method, so that a key may be named `items`."""
 
     def getattr(self, obj: Any, attribute: str) -> Any:
         """Return the value of a key of a dict; for other objects, the attribute that the sandbox allows."""
@@ -93,7 +93,7 @@ def _flat(text: str, length: int) -> str:
 
 
 def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> InputError:
-    """Return an error of one line that says what is wrong in which line of a template."""
+    """Return an error in one line, with the number of the wrong line of a template and the fault."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == _TEMPLATE_FILE]
     message = f"{where}, line {lines[-1] if lines else '?'}: {error}."
@@ -177,7 +177,7 @@ class Prompt:
                 raise InputError(f"{where}, line {error.lineno}: {error.message}.") from error
             parts.append(_Part(entry["role"], template))
         if all(part.role != "user" for part in parts):
-            raise InputError(f"{where}: one message needs the role 'user'.")
+            raise InputError(f"{where}: at least one message needs the role 'user'.")
         return tuple(parts)
 
     def _compiled(self, source: str) -> Template:

@@ -1,1 +1,1 @@
-"""Runs: on this machine, on a cluster, at a URL."""
+"""Plays runs on this machine or on a cluster, and exchanges them through a URL."""

@@ -54,7 +54,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
     """Joblib's backend for Dask, except that it does not wait for ever if a task has no result."""
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Return how many tasks the cluster processes at once, at least 2; for 1, joblib would not use the cluster."""
+        """Return how many tasks the cluster processes at once, but at least 2: for 1, joblib would not use it."""
         return max(2, int(super().effective_n_jobs(n_jobs)))
 
     async def _collect(self) -> None:
@@ -69,7 +69,7 @@ class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
             await asyncio.sleep(0.01)
 
     def retrieve_result_callback(self, out: Any) -> Any:
-        """Return the result of a task, or raise the error by which it lost its workers."""
+        """Return the result of a task, or raise an error if the task lost its workers."""
         if isinstance(out, WorkersLost):
             raise out
         return super().retrieve_result_callback(out)

@@ -299,7 +299,7 @@ class Lane:
             self._end(played, failure)
 
     async def _settle_answers(self, folder: RunFolder, model: Model) -> None:
-        """Ask the server to confirm, at the end of a run, that it has the same weights; only then the run is complete.
+        """Ask the server at the end of a run to confirm that it has the same weights; only then is the run complete.
 
         Raises:
             ModelChangedError: the run used answers that may come from other weights.

@@ -64,7 +64,7 @@ def _interrupts_held_back() -> Iterator[None]:
 def _await(process: subprocess.Popen[bytes], task: bytes, ended: Future[str | None]) -> None:
     output, _ = process.communicate(task)
     if process.returncode != 0:
-        ended.set_exception(WorkerDied(f"The process ended with {process.returncode}."))
+        ended.set_exception(WorkerDied(f"The process of a worker ended with exit code {process.returncode}."))
         return
     result = pickle.loads(output)
     if isinstance(result, Exception):

@@ -22,7 +22,7 @@ POLL_S = 0.25
 
 
 class Abandoned(FoundryError):
-    """The command that waits for the result has gone."""
+    """The command that waits for the result of a worker has ended."""
 
 
 class Lanes:

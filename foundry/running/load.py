@@ -29,12 +29,12 @@ async def one_by_one(model: Model, requests: Sequence[Request]) -> list[Timed]:
 
 
 async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
-    """Send requests at the same time, and return the replies; if one fails, the others still end first."""
+    """Send requests at the same time, and return the replies; after an error, wait for all other replies first."""
     return await seen_through(_timed(model, request) for request in requests)
 
 
 async def _timed(model: Model, request: Request) -> Timed:
-    """Send a request and measure its time. If the server reports how long it worked, this report counts."""
+    """Send a request and measure its time, or take the working time that the server reports."""
     sent = time.perf_counter()
     reply = await model.ask(request)
     ended = time.perf_counter()
@@ -118,7 +118,7 @@ def _is_late(burst: Sequence[Timed]) -> bool:
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls a server worked on at once. If it reports no times, compute this from the speed-up."""
+    """Return how many calls a server worked on at once, by the times that it reports, else by the speed-up."""
     if not any("output" in one.reply.timings for one in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.

@@ -70,14 +70,14 @@ class SweepJob:
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
-"""A function that plays the runs of a phase, given its number, until all have ended or the sweep stops."""
+"""A function that plays the runs of a phase (second argument: its number), until all end or the sweep stops."""
 
 
 class Runner(ABC):
     """Plays the runs of a sweep in phases; subclasses define where the workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
-        """Set the settings; `conf/runner/local.yaml` explains them."""
+        """Store the settings that `conf/runner/local.yaml` explains."""
         self._open_runs = _count("runner.open_runs", open_runs)
         if not isinstance(ahead, bool):
             raise InputError(f"runner.ahead={ahead} is neither true nor false. Give true or false.")
@@ -103,7 +103,7 @@ class Runner(ABC):
 
     @abstractmethod
     def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
-        """Connect to the workers and check that they can run the sweep; this must not change the sweep."""
+        """Connect to the workers and check that they can run the sweep, without a change to the sweep."""
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
         """Return the settings of the workers that play one phase."""
@@ -125,7 +125,7 @@ class LocalRunner(Runner):
     """Plays the runs of a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
-        """Set the settings; `conf/runner/local.yaml` explains them."""
+        """Store the settings that `conf/runner/local.yaml` explains."""
         super().__init__(open_runs, ahead)
         self._workers = worker_count(workers)
 

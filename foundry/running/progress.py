@@ -149,7 +149,7 @@ class SweepProgress:
                 totals.settled += most
 
     def by_model(self) -> dict[str, Totals]:
-        """Return the totals at this moment, by model."""
+        """Return the present totals of each model."""
         now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
         for report in self.folder.progress().values():
             for name, tally in report["models"].items():

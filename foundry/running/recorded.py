@@ -29,7 +29,7 @@ _BEFORE, _LONGEST = 24, 72
 
 @dataclass(frozen=True)
 class Difference:
-    """The first place where a recorded file differs from what a replay gives now.
+    """The first place where a recorded file differs from the result of a replay now.
 
     Attributes:
         number: line of the file, from 1; None if the file has no lines.
@@ -245,7 +245,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run. In a fork, the answers to earlier questions come from the records."""
+    """Return the asker of a run; a fork's asker takes the answers before the fork from the records."""
     if "fork" not in config:
         return asker
     fork = config["fork"]

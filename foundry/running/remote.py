@@ -264,7 +264,7 @@ class RemoteRuns:
 
 
 def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
-    """Play the runs of a chunk in a temporary folder, and send each run when it ends. Skip runs that the URL has."""
+    """Play the runs of a chunk in a temporary folder, and send each run when it ends; skip runs that the URL has."""
     remote = RemoteSweep.open(chunk.url)
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:

@@ -82,7 +82,7 @@ class ReplayModel(Model):
 
 
 class Replayed(Model):
-    """Gives the recorded answers to calls of one seed, which are read at the first request."""
+    """Gives the recorded answers to calls of one seed; the records are read at the first request."""
 
     def __init__(self, model: ReplayModel, calls_seed: int) -> None:
         self.name = model.name

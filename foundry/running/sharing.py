@@ -44,7 +44,7 @@ class Part(msgspec.Struct, frozen=True):
 
 
 Parts = dict[str, Part]
-"""Reports by key: a server if all are from one worker, or a worker if all are about one server."""
+"""The reports of one worker, with servers as keys, or the reports about one server, with workers as keys."""
 
 
 class Group:
@@ -63,7 +63,7 @@ class Group:
         return self._climb.limit
 
     def take(self, parts: Mapping[str, Part]) -> None:
-        """Add the calls since the last reports, and divide the limit. The first report of a worker adds no calls."""
+        """Add the calls since the last reports, and divide the limit. A worker's first report adds no calls."""
         for worker, part in parts.items():
             if worker in self._last:
                 grown = part.sums - self._last[worker]
@@ -107,7 +107,7 @@ class Shared:
 
     @property
     def together(self) -> int:
-        """Maximum number of calls in flight to its servers, of all workers together."""
+        """Maximum number of calls in flight of all workers together, to all servers of this worker."""
         return sum(self._together(key, limit) for key, limit in list(self._limits.items()))
 
     def _together(self, key: str, limit: Limit) -> int:
@@ -166,7 +166,7 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
-        """Find the limit of a server that only this worker calls. An earlier shared limit, if any, is the beginning."""
+        """Find the limit of a server that only this worker calls; begin at the limit that it shared before, if any."""
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:

@@ -15,7 +15,7 @@ SEED_MASK = 0x7FFF_FFFF
 _WORD = 0xFFFF_FFFF
 _MULTIPLIER = 0x931E8875
 _POOL = 4
-"""Number of 32-bit words in the pool of a `SeedSequence`. Source of the constants: `seed_seq_fe128`, M. O'Neill."""
+"""Number of 32-bit words in the pool of a `SeedSequence` (algorithm and constants: O'Neill's `seed_seq_fe128`)."""
 
 
 @lru_cache(maxsize=256)

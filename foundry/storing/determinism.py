@@ -36,7 +36,7 @@ class Budget:
 
     @classmethod
     def of(cls, setting: int | str, calls: int, in_flight: int) -> "Budget":
-        """Return how many calls to repeat and to add as load. `auto` sends 2 % of the model's calls, but at least 4."""
+        """Return how many calls to repeat and to add as load; `auto` sends 2 % of the model's calls, but at least 4."""
         if isinstance(setting, int):
             again = min(setting, calls)
             return cls(again, min(in_flight, calls - again))

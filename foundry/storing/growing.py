@@ -39,7 +39,7 @@ class Growth:
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
-        """Return the sweep with all runs, old and new. Its history gets the request with its time (ISO 8601, UTC)."""
+        """Return the sweep with old and new runs; its history has the request and its time (ISO 8601, UTC)."""
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
@@ -135,7 +135,7 @@ def _check_agrees(there: Sweep, asked: Sweep) -> None:
 
 
 def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[str, str]]]]:
-    """Return the different settings of each part (such as "world") and name: texts by path ("fires.0.distance").
+    """Return all different settings by part (such as "world"), name and path (such as "fires.0.distance").
 
     A part that has no name, such as sampling_seed, has the name "".
     """

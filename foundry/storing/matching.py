@@ -31,7 +31,7 @@ def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[
 
 
 def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
-    """Yield each line of a decision with its call, in the order of the calls; lines without a call come last.
+    """Yield each line with a decision and its call, in the order of the calls; lines without a call come last.
 
     If a question has more lines than calls, or fewer, the match is unknown, and its lines get no call.
     """

@@ -85,7 +85,7 @@ def stamp_of_notes(folder: Path) -> str:
 
 
 def add_note(folder: Path, note: Note) -> None:
-    """Add a line to the notes of a sweep; if a crash cut the last line, this one begins on a new line."""
+    """Add a line to the notes of a sweep; if a crash cut the last line, the new line begins after a line break."""
     file = folder / NOTES_FILE
     line = msgspec.json.encode(note) + b"\n"
     try:

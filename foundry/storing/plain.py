@@ -28,9 +28,9 @@ MOST_SETTINGS = 100_000
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""A run in `sweep.yaml`. The check of nested levels skips such lines, because a sweep may have very many runs."""
+"""The lines of runs in `sweep.yaml`; the check of nested levels skips them, because there may be very many."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
-"""Symbolic links and junctions of Windows; its other reparse points, such as cloud files, count as regular files."""
+"""Symbolic links and junctions on Windows; other reparse points, such as cloud files, count as regular files."""
 _REFUSED = {
     stat.S_IFLNK: "a link",
     stat.S_IFIFO: "a named pipe",
@@ -134,7 +134,7 @@ def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
     if len(text) > LARGEST:
         raise RecordError(f"{where} is refused: it has {len(text):,} characters, more than {LARGEST:,}.")
     if _depth(_RUN_LINE.sub("", text), where) > DEEPEST:
-        raise RecordError(f"{where} is refused: it nests deeper than {DEEPEST} levels.")
+        raise RecordError(f"{where} is refused: it has more than {DEEPEST} nested levels.")
     try:
         value = yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:

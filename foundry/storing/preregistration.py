@@ -88,7 +88,7 @@ class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):
-    """An interim look at the data.
+    """A planned look: a test after some of the planned seeds.
 
     Attributes:
         seeds: number of seeds that are played by then.
@@ -139,7 +139,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def known(self) -> str:
-        """A text such as "known before the plan: 48 answers, runs in out"; "" if nothing was known."""
+        """The answers and runs before the plan, as in "known before the plan: 48 answers, runs in out"; "" if none."""
         if self.answers_known is None:
             answers = "an unknown number of answers"
         else:

@@ -22,7 +22,7 @@ from foundry.storing.sweep_file import declared_before
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
-"""The record files of every run, which may be empty."""
+"""The record files that every run has; they may be empty."""
 IMAGES = "images"
 ENDED_RUNS = "runs/*/run.json"
 """The pattern of the files that mark ended runs."""

@@ -155,7 +155,7 @@ def _clear(folder: Path) -> None:
 
 
 def _fresh(path: Path) -> Path:
-    """Remove the file or link at a path, and return the path. Otherwise, a write would follow the link."""
+    """Remove the file or link at a path and return the path, so that a write never follows a link."""
     path.unlink(missing_ok=True)
     return path
 

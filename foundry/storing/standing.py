@@ -17,7 +17,7 @@ from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Asked
 
 LEAST_SHARE = 0.02
-"""The least share of unreadable replies of a model that is reported."""
+"""If the share of unreadable replies of a model is at least this, foundry reports it."""
 _UNREAD = {
     Outcome.UNREADABLE: "contain no decision",
     Outcome.EMPTY: "empty",

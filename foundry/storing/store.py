@@ -9,7 +9,7 @@ The folder contains:
 - looks.jsonl (after an analysis), notes.jsonl (the notes), preregistration.yaml (the plan)
 - manifest.json, scenes.json and scenes/, if the sweep comes from a bundle
 
-The files of a run are in `foundry.storing.run_files`.
+The module `foundry.storing.run_files` knows the files of a run.
 """
 
 import contextlib
@@ -196,7 +196,7 @@ class SweepFolder:
         return self.analysis_dir / "signatures.csv"
 
     def runs(self) -> list[RunFolder]:
-        """Return all runs of the sweep, also those that have not started."""
+        """Return all runs of the sweep, including runs that have not started."""
         return self.runs_of(range(len(self.sweep.runs)))
 
     def runs_of(self, places: Iterable[int]) -> list[RunFolder]:
@@ -352,7 +352,7 @@ def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
 
 
 def find_run(path: Path) -> RunFolder:
-    """Return the run in a folder: the folder of a run, or of a sweep with a single run."""
+    """Return the run at a path: the path of a run's folder, or of a sweep with a single run."""
     _, found = runs_at(path)
     if len(found) != 1:
         named = ", ".join(run.id for run in found[:5]) + (", ..." if len(found) > 5 else "")

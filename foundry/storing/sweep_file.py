@@ -1,4 +1,4 @@
-"""Reads and writes `sweep.yaml`: the user's overrides, the conditions and the runs. It also reads version 0.1."""
+"""Writes and reads `sweep.yaml`, also of version 0.1, with the user's overrides, the conditions and the runs."""
 
 import copy
 import datetime
@@ -44,12 +44,12 @@ _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def declared_before(config: Mapping[str, Any]) -> Declared:
-    """Return the declaration of records for a configuration of 0.1, which names only the class of its world."""
+    """Return the declaration of records for a configuration of version 0.1, which names only the class of its world."""
     return _OLD_FORMS.get(present(config["world"].get("_target_")), Declared(form=UNSAID))
 
 
 def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
-    """Return the declaration of records in a condition of `sweep.yaml`. None for version 0.1: it wrote none.
+    """Return the declaration of records in a condition of `sweep.yaml`; None for version 0.1, which wrote none.
 
     Raises:
         ValueError: the declaration is malformed, or its form differs from the form of the world's class.
@@ -251,7 +251,7 @@ def sweep_content(text: str, where: object) -> Any:
 
 @lru_cache(maxsize=4)
 def _head_content(head: str, where: object) -> Any:
-    """Parse `sweep.yaml` without its list of runs. The many seeds are read without a YAML parser, which is slow."""
+    """Parse `sweep.yaml` without its runs; read the seeds without a YAML parser, because that would be slow."""
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None

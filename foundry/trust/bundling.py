@@ -45,7 +45,7 @@ NEUTRAL = {
     "cache": {"path": "outputs/answers.sqlite"},
     "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
 }
-"""The settings in a bundle for running the sweep, which replace those of this machine."""
+"""The settings in a bundle for running the sweep, which replace the settings of this machine."""
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,7 @@ def _manifest(members: _Members) -> bytes:
     if first is None or first.name != NAME:
         raise InputError(f"The bundle is refused: its first file is not {NAME}.")
     if first.size > LARGEST_BYTES:
-        raise InputError(f"The bundle is refused: its manifest has {first.size:,} bytes.")
+        raise InputError(f"The bundle is refused: its manifest has {first.size:,} bytes, more than {LARGEST_BYTES:,}.")
     return b"".join(members.chunks(first.size))
 
 

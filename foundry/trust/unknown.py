@@ -1,7 +1,7 @@
 """Limits the classes that a record of unknown origin can use, and the servers that it can contact.
 
-Such a record can use classes of foundry, classes in folders that the user names with `--config-dir`, and classes of
-trusted packages. The record can contact this machine and servers that the user has named.
+A record of unknown origin can use classes of foundry, classes in folders that the user names with `--config-dir`, and
+classes of trusted packages. The record can contact this machine and servers that the user has named.
 """
 
 import importlib
@@ -36,7 +36,7 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
 """The base class of each part of a configuration, and the modules whose classes this part may contain."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
-"""The modules of scripted policies and their parts, such as faults, which are harmless."""
+"""The package with parts of scripted policies, such as faults; these parts are harmless."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 HOSTED = "https://api.openai.com/v1"
 """The server that gets `OPENAI_API_KEY` if the user names no other server."""
@@ -139,7 +139,7 @@ def check_models(
         if url not in known and not _is_local(url) and not any(url in override for override in own):
             raise InputError(
                 f"The record would send the key in {variable} to '{without_secrets(url)}'. Set OPENAI_BASE_URL to "
-                "your own server, or allow this one with --trust-servers."
+                "your own server, or allow the server in the record with --trust-servers."
             )
 
 

@@ -138,7 +138,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines differ only in the renderer. Such lines count as equal if the pictures are equal."""
+        """Return whether two lines differ only in the renderer; then they are equal if their pictures are equal."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None
@@ -227,7 +227,7 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return the result for a run with a difference; if its replies were read by other code, the verdict says so."""
+    """Return the result for a run with a difference; the verdict says if another version read its replies."""
     readers = _other_readers(summary)
     may_follow = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # from another reading of replies
     if not readers or difference.file not in may_follow:
@@ -237,8 +237,9 @@ def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference
     except Departed as departed:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, departed.difference)
     note = (
-        f"was recorded with {readers}. These versions read replies differently, so it cannot be verified here. Its "
-        f"files have not changed since it ended. The first reply that is read differently: {difference.line()}"
+        f"was recorded with {readers}. These versions read replies differently, so the run cannot be verified here. "
+        "The run's files have not changed since the run ended. The first reply that is read differently: "
+        f"{difference.line()}"
     )
     return Verified(run.id, Verdict.READ_OTHERWISE, lines, calls, note=note)
 

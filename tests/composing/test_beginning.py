@@ -69,10 +69,10 @@ def test_its_own_tests_pass(begun: Path):
         ("world", "my-bar", "such as el_farol; got 'my-bar'"),
         ("world", "class", "such as el_farol; got 'class'"),
         ("policy", "yaml", "another module has that name"),
-        ("world", "bar", "conf/prompt/bar.yaml. Rename yours, for example to 'bar_2'"),
-        ("prompt", "json", "conf/prompt/json.yaml. Rename yours, for example to 'json_2'"),
-        ("policy", "human", "conf/model/human.yaml. Rename yours, for example to 'human_2'"),
-        ("signature", "hazard", "signatures/hazard.py. Rename yours, for example to 'hazard_2'"),
+        ("world", "bar", "conf/prompt/bar.yaml. Rename your part, for example to 'bar_2'"),
+        ("prompt", "json", "conf/prompt/json.yaml. Rename your part, for example to 'json_2'"),
+        ("policy", "human", "conf/model/human.yaml. Rename your part, for example to 'human_2'"),
+        ("signature", "hazard", "signatures/hazard.py. Rename your part, for example to 'hazard_2'"),
     ],
 )
 def test_what_cannot_be_is_told_in_one_line_and_nothing_is_written(kind: str, name: str, told: str, workspace: Path):

@@ -63,7 +63,7 @@ def test_a_signature_with_the_name_of_a_shipped_one_is_refused(mine: Path):
     file.write_text(file.read_text().replace('NAME = "greed"', 'NAME = "hazard"'))
     line = refusal("check", "greed", *SMALL, "--config-dir", "mine", cwd=mine)
     assert "greed.py has the name 'hazard'" in line
-    assert "hazard.py. Rename yours, for example to 'hazard_2'" in line
+    assert "hazard.py. Rename your part, for example to 'hazard_2'" in line
 
 
 @pytest.mark.parametrize(

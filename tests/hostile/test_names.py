@@ -16,7 +16,7 @@ LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
 )
 BOMBS = {
     "laughs": (LAUGHS, "more than"),
-    "deep": ("a: " + "[" * 20_000 + "]" * 20_000, "nests deeper"),
+    "deep": ("a: " + "[" * 20_000 + "]" * 20_000, "nested levels"),
     "itself": ("a: &a [*a]\n", "contains itself"),
     "code": ("x: !!python/object/apply:os.system [touch canary]\n", "cannot be read"),
     "binary": ("\x00\x01", "cannot be read"),

@@ -101,7 +101,7 @@ def test_a_label_of_a_text_that_is_not_shown_or_that_is_no_choice_is_refused(fol
     with pytest.raises(InputError, match="no longer shown"):
         desk.label("ana", "r/0", "yes")
     item = next_item(desk, "ana")
-    with pytest.raises(InputError, match="'maybe' is not an answer here: choose yes, no, unclear"):
+    with pytest.raises(InputError, match="'maybe' is not an answer to this question: choose yes, no, unclear"):
         desk.label("ana", item, "maybe")
     with pytest.raises(InputError, match="'../x' is not a valid name"):
         desk.place("../x")

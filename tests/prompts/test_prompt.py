@@ -73,7 +73,7 @@ def test_a_template_that_cannot_be_filled_names_variant_kind_line_and_name(templ
         ({"action": ["text"]}, "needs `role` and `content`"),
         ({"action": [{"role": "user", "text": "t"}]}, "needs `role` and `content`"),
         ({"action": [{"role": "usr", "content": "t"}]}, "'usr' not found. Did you mean 'user'?"),
-        ({"action": [{"role": "system", "content": "t"}]}, "one message needs the role 'user'"),
+        ({"action": [{"role": "system", "content": "t"}]}, "at least one message needs the role 'user'"),
     ],
 )
 def test_a_broken_template_is_refused_when_it_is_loaded(templates, says):

@@ -161,7 +161,7 @@ BOMB = "a: &a [1,1,1,1,1,1,1,1,1,1]\n" + "".join(
     [
         (BOMB, "with its aliases expanded"),
         ("a: &a [*a]", "contains itself"),
-        *((nested, "nests deeper") for nested in ("[" * 200_000, "- " * 200_000, "? " * 200_000, '["]",' * 100_000)),
+        *((nested, "nested levels") for nested in ("[" * 200_000, "- " * 200_000, "? " * 200_000, '["]",' * 100_000)),
         ("a: !!python/object/apply:os.system [ls]", "cannot be read"),
         ("a: [", "cannot be read"),
         ("runs: 1\n---\nruns: 2", "cannot be read"),
