@@ -1,4 +1,4 @@
-"""What a world declares about its records before it writes the first one."""
+"""The declaration that a world makes about its records, before it writes the first record."""
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -31,7 +31,7 @@ class Actions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Declared(msgspec.Struct, frozen=True, kw_only=True):
-    """What a world declares about its records before it writes the first one (in `sweep.yaml`).
+    """The declaration that a world makes about its records, before it writes the first record (in `sweep.yaml`).
 
     Attributes:
         form: name of the form of records, by which foundry finds the code for them.

@@ -142,7 +142,7 @@ def _expand_item(key: str, item: str) -> list[str]:
         return [item]
     first, last = int(match[1]), int(match[2])
     if last < first:
-        raise InputError(f"{key}={item} runs backwards: write {key}={last}-{first}.")
+        raise InputError(f"{key}={item} begins with the larger number: write {key}={last}-{first}.")
     if last - first >= _MAX_RANGE:
         raise InputError(f"{key}={item} names more than {_MAX_RANGE:,} seeds: write a shorter range.")
     return [str(number) for number in range(first, last + 1)]
@@ -267,7 +267,7 @@ def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the path and the value, as JSON, of each setting, also of the items of lists."""
+    """Yield the path of each setting and of each item of a list, with the value as JSON."""
     if isinstance(value, Mapping) and value:
         for key, inner in value.items():
             yield from leaves(inner, f"{path}.{key}" if path else str(key))
@@ -279,7 +279,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
-    """Return the sweep with other hosts for its models on servers; its run ids do not change."""
+    """Return the sweep with other server addresses for its models; the run ids do not change."""
 
     def moved(model: Mapping[str, Any]) -> dict[str, Any]:
         server = model.get("server")

@@ -147,7 +147,7 @@ class LabelDesk:
         return sorted(rounds, key=lambda one: rounds[one])
 
     def _add(self, person: str, item: str, label: str | None, seconds: float | None) -> None:
-        """Write a label of a text and of all equal texts in the sample; None withdraws it."""
+        """Write a label of a text and of all equal texts in the sample; None withdraws the label."""
         labels = self._known(person)
         for same in (*(one for one in self._same[item] if one != item), item):
             self._folder.add(person, Entry(item=same, label=label, seconds=seconds))

@@ -188,7 +188,7 @@ class Labels:
 
     @classmethod
     def of(cls, sweep: SweepFolder, label: Label) -> "Labels | None":
-        """Return people's labels of a sweep, or None if no sample was drawn for this question."""
+        """Return people's labels of a sweep, or None if no sample was drawn for this label."""
         folder = LabelFolder.of(sweep, label.name)
         sample = folder.sample()
         if sample is None or sample.question_sha256 != label.question_sha256:

@@ -1,4 +1,4 @@
-"""Lets a model label the texts of a sweep; equal texts are asked about once."""
+"""Lets a model label the texts of a sweep; the model gets equal texts only once."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

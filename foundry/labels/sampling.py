@@ -150,7 +150,7 @@ def spread(count: int, probability: float, offset: float) -> list[int]:
 
 
 def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
-    """Return how many of `most` texts come from each stratum, given the number of texts in each.
+    """Return how many of `most` texts come from each stratum, given the number of texts in each stratum.
 
     All strata give equally many; if a stratum has too few texts, the others give more.
     """

@@ -72,7 +72,7 @@ def _bare(call: Call) -> Call:
 
 
 def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, Strata]:
-    """Return the strata of every moment, for which runs are replayed; empty if the world defines none.
+    """Replay runs to find the strata of every moment; return nothing if the world defines no strata.
 
     Raises:
         RecordError: the world no longer asks the recorded questions.

@@ -208,7 +208,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Played:
-    """A chunk that a worker has played.
+    """A chunk of runs that a worker has played.
 
     Attributes:
         fatal: the cause that must end the sweep, or None.

@@ -206,9 +206,9 @@ def _read(reports: Mapping[str, Any]) -> Iterator[tuple[str, Parts]]:
 
 
 def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
-    """Divide a limit among workers: each gets what it wants, but at most an equal part and at least 1.
+    """Divide a limit on calls: each worker gets as many as it wants, but at most an equal part and at least 1.
 
-    The workers divide the rest equally.
+    The workers divide the remaining calls equally.
 
     Args:
         total: the limit.

@@ -229,11 +229,11 @@ class RunFolder:
         return stamp_of(self.path / "config.yaml")
 
     def steps_bytes(self) -> bytes:
-        """Return the content of `steps.jsonl`; b"" before its first line."""
+        """Return the content of `steps.jsonl`; b"" if the file has no line yet."""
         return self._bytes("steps.jsonl")
 
     def messages_bytes(self) -> bytes:
-        """Return the content of `messages.jsonl`; b"" before its first line."""
+        """Return the content of `messages.jsonl`; b"" if the file has no line yet."""
         return self._bytes("messages.jsonl")
 
     def agents_bytes(self) -> bytes:
@@ -241,7 +241,7 @@ class RunFolder:
         return self._bytes("agents.jsonl")
 
     def episode_bytes(self) -> bytes:
-        """Return the content of `episode.jsonl`; b"" in a world that does not write it."""
+        """Return the content of `episode.jsonl`; b"" in a world that writes no such file."""
         return self._bytes("episode.jsonl")
 
     def calls(self) -> Iterator[Call]:

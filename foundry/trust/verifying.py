@@ -256,7 +256,7 @@ def _other_readers(summary: RunSummary | None) -> str:
 
 
 def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:
-    """Replay an episode and compare it; return a remark if the run did not reach its end, else ""."""
+    """Replay an episode and compare it with its records; return a remark if the run is not complete, else ""."""
     complete = summary is not None and summary.status == COMPLETE
     try:
         asyncio.run(play(world, asker, comparer, frame_every=every))

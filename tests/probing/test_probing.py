@@ -141,7 +141,7 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
         ("model=scripted/stay format=0-1", "has several values. Add -m"),
         pytest.param("-m model=scripted/stay format=spred/0", "Did you mean 'spread'?", marks=pytest.mark.slow),
         pytest.param("-m model=scripted/stay format=spread", "is a space of formats", marks=pytest.mark.slow),
-        ("-m model=scripted/stay format=3-1", "runs backwards"),
+        ("-m model=scripted/stay format=3-1", "begins with the larger number"),
         ("", "The recorded runs have several models (scripted/herd, scripted/avoid): choose one with model="),
     ],
 )
