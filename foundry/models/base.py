@@ -309,7 +309,7 @@ class Model(ABC):
         return Loaded()
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function of a run's id: whether the server with the most room now should take a call of this run."""
+        """Return a function that says whether a run's next call should go to the server that has the most room now."""
         return every_run
 
     @property

@@ -23,7 +23,7 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Rule:
-    """Names the agents for which a member answers. Exactly one attribute is set.
+    """Selects the agents for which a member answers: by id, by a share of the agents, or by persona.
 
     Attributes:
         agents: ids of the agents.
@@ -92,7 +92,10 @@ class MixedModel(Model):
         raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
 
     async def inspect(self) -> ModelInfo:
-        """Return the facts about all members. A capability is listed if every member whose calls cost has it."""
+        """Return the facts about all members.
+
+        A capability is listed if all members have it; members whose calls cost nothing do not count.
+        """
         infos = [await model.inspect() for model in self._models.values()]
         able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()

@@ -1,4 +1,4 @@
-"""Settings that say how calls to a model are made: limits, repeats, timeouts. No setting here affects an answer."""
+"""Settings that say how calls to a model are made: limits, repeats, timeouts. These settings never affect an answer."""
 
 from collections.abc import Mapping
 from contextvars import ContextVar

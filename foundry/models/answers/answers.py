@@ -88,15 +88,15 @@ class Answers(ABC):
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm answers: remove these marks from all answers whose number is at most `newest`."""
+        """Confirm the answers with these marks of a server's state and a number of at most `newest`."""
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers that have one of these marks, and return how many were deleted."""
+        """Delete the answers with these marks of a server's state, and return how many were deleted."""
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
-        """Return a counter that grows whenever any process deletes answers with one of these marks."""
+        """Return a counter that grows when any process deletes answers with these marks of a server's state."""
 
     @abstractmethod
     def close(self) -> None:

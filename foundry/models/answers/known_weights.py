@@ -58,7 +58,7 @@ class KnownWeights:
         self._answers.put({self._key(len(self.all())): row}, self._name)
 
     def digest_of(self, signs: Signs) -> str:
-        """Return the digest of the known weights that match a canary. If none match, store it with a new digest."""
+        """Return the digest of the weights with this canary; if the canary matches no known weights, store it."""
         distances = {digest: Distance.between(known, signs) for digest, known in self.all().items()}
         near = {digest: away for digest, away in distances.items() if away.verdict is not Verdict.OTHER}
         if near:

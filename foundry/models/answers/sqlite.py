@@ -21,7 +21,7 @@ _SCHEMA = (
     "CREATE TABLE IF NOT EXISTS commits (only INTEGER PRIMARY KEY, number INTEGER NOT NULL)",
     "CREATE TABLE IF NOT EXISTS removals (number INTEGER PRIMARY KEY AUTOINCREMENT, mark TEXT NOT NULL)",
 )
-"""The tables. An older file has only `answers`; opening it adds the other tables, and its answers are confirmed."""
+"""The tables. When an older file is opened, the missing tables are added, and its answers count as confirmed."""
 _FIND = """SELECT answers.key, CAST(reply AS BLOB), crc, mark FROM answers
 LEFT JOIN unconfirmed ON unconfirmed.key = answers.key WHERE answers.key IN"""
 _COUNT = """INSERT INTO commits VALUES (1, 1)
@@ -87,13 +87,13 @@ class SqliteAnswers(Answers):
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Remove these marks from all answers whose number is at most `newest`, which confirms the answers."""
+        """Confirm the answers with these marks of a server's state and a number of at most `newest`."""
         with self._changing() as database:
             delete = f"DELETE FROM unconfirmed WHERE mark IN {_places(marks)} AND number <= ?"
             database.execute(delete, (*marks, newest))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers that have one of these marks, and return how many were deleted."""
+        """Delete the answers with these marks of a server's state, and return how many were deleted."""
         marked = f"unconfirmed WHERE mark IN {_places(marks)}"
         with self._changing() as database:
             delete = f"DELETE FROM answers WHERE key IN (SELECT key FROM {marked})"
@@ -104,7 +104,7 @@ class SqliteAnswers(Answers):
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a counter that grows whenever any process deletes answers with one of these marks."""
+        """Return a counter that grows when any process deletes answers with these marks of a server's state."""
         query = f"SELECT coalesce(max(number), 0) FROM removals WHERE mark IN {_places(marks)}"
         return int(self._rows_of(query, tuple(marks))[0][0])
 

@@ -112,7 +112,7 @@ class Unconfirmed:
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm the answers in `moment` if the facts `info`, which the server reported later, are unchanged."""
+        """Confirm the given answers if the facts that the server reported after them are unchanged."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)

@@ -123,7 +123,7 @@ class HostPool:
             self._in_flight[host] -= 1
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function of a run's id: whether the host with the most room now should take a call of this run."""
+        """Return a function that says whether a run's next call should go to the host that has the most room now."""
         if len(self.hosts) == 1:
             return every_run
         served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
@@ -150,7 +150,7 @@ class HostPool:
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return a host's calls in flight relative to capacity, then its recent answers; so equal hosts take turns."""
+        """Return two numbers by which hosts are sorted: calls in flight relative to capacity, and recent answers."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

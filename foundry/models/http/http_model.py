@@ -15,7 +15,10 @@ FORMATS = (None, "schema")
 
 
 class HttpModel(ServedModel):
-    """Asks one or more servers with the same model. A subclass calls `_reach` and sets `_schemas` in `__init__`."""
+    """Asks one or more servers with the same model.
+
+    The constructor of a subclass names the servers (`_reach`), and sets the schemas of replies (`_schemas`).
+    """
 
     server: HttpServing
     _pool: HostPool
@@ -40,7 +43,7 @@ class HttpModel(ServedModel):
         return None if self._schemas is None else tuple(self._schemas)
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function of a run's id: whether the server with the most room now should take a call of this run."""
+        """Return a function that says whether a run's next call should go to the server that has the most room now."""
         return self._pool.next_served()
 
     @property

@@ -16,7 +16,7 @@ from foundry.models.http.transport import Origin
 SAID_FROM_S = 30.0
 """Pauses from this length on are reported to the user, since nothing happens meanwhile, seconds."""
 LONGEST_RESET_S = 1e8
-"""Longest duration that is believed, seconds. Some services send a point in time instead, which is a larger number."""
+"""A duration of this length or more, seconds, is ignored, since some services send a point in time instead."""
 ORDERS = {"retry-after-ms": 1e-3, "retry-after": 1.0}
 """Headers with a time to wait, each with the length of its unit in seconds."""
 BUDGETS = tuple((f"x-ratelimit-remaining-{kind}", f"x-ratelimit-reset-{kind}") for kind in ("requests", "tokens"))

@@ -169,7 +169,7 @@ def decoded(content: bytes | str) -> Any:
 
 
 def _decoded_loosely(content: bytes | str) -> Any:
-    """Read JSON that `msgspec` refuses, such as NaN or wrong UTF-8, with the slower `json`; None if `json` fails."""
+    """Return the value of JSON with errors such as NaN or wrong UTF-8; None if even Python's tolerant reader fails."""
     text = content.decode("utf-8", "replace") if isinstance(content, bytes) else content
     try:
         return json.loads(text)

@@ -53,7 +53,7 @@ class _Waiting:
 
 
 class Desk:
-    """Shows questions one at a time, and takes one answer to each. The answer may come from any thread."""
+    """Shows questions one at a time, and takes one answer to each. Answers may come from any thread."""
 
     def __init__(self, *, blind: bool = False, clock: Callable[[], float] = time.perf_counter) -> None:
         """Set the order of questions.

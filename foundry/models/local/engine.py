@@ -137,7 +137,7 @@ class Description:
 
 
 class Engine:
-    """A loaded model. Only one thread may call its methods."""
+    """A loaded model. Only one thread may use an engine."""
 
     def __init__(
         self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]

@@ -95,7 +95,7 @@ class OllamaModel(HttpModel):
         return self.settings.options.get("num_ctx")
 
     def parameters(self) -> dict[str, Any]:
-        """Return all fields of a call except messages, seed and keep_alive, with the schemas for all kinds."""
+        """Return all fields of a call except messages, seed and keep_alive, with a schema per kind of question."""
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:

@@ -20,7 +20,7 @@ HOPELESS: Mapping[int, str] = {
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
     404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
 }
-"""HTTP statuses that another call would get too, each with advice to the user."""
+"""HTTP statuses of errors that a repeated call would meet again, each with advice to the user."""
 BAD_SETTINGS = ('option "', "invalid format")
 """First words of errors with status 500 that wrong settings cause, and not a failure of the server."""
 CLOUD_DISABLED = "cloud is disabled"
@@ -100,7 +100,7 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
 
 
 def remote_in(said: Mapping[str, Any]) -> str | None:
-    """Return the model and address to which a server passes calls, as its list or a reply names them; else None."""
+    """Return the model and address to which a server passes calls, if its list or its reply names them."""
     model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
     return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
 

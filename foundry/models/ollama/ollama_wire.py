@@ -52,7 +52,7 @@ def shared_fields(settings: ChatSettings) -> dict[str, Any]:
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return all fields of a call except messages, seed and keep_alive, with the schemas of all kinds of question."""
+    """Return all fields of a call except messages, seed and keep_alive, with a schema per kind of question."""
     schemas = {} if settings.schemas is None else {"format": dict(settings.schemas)}
     return {**shared_fields(settings), **schemas, "options": dict(settings.options)}
 
@@ -71,7 +71,7 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
 
 
 def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
-    """Return the body that loads the model, with the options of later calls. Other options would load it again."""
+    """Return the body that loads the model, with the options of later calls, so that these do not load it again."""
     fields = shared_fields(settings)
     return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
 
@@ -137,7 +137,10 @@ def _text(message: Mapping[str, Any], key: str) -> str:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
-    """Return seconds by name; {} if one is invalid. `queue`, the wait for a slot, is the rest of the total."""
+    """Return the durations in a reply, seconds, by name; {} if a duration is invalid.
+
+    The wait for a slot, `queue`, is the total minus all other durations.
+    """
     durations = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
     if durations is None:
         return {}

@@ -104,7 +104,7 @@ class OpenAIModel(HttpModel):
         return self.settings.context_length
 
     def parameters(self) -> dict[str, Any]:
-        """Return all fields of a call except messages and seed, with the schemas of all kinds of question."""
+        """Return all fields of a call except messages and seed, with a schema per kind of question."""
         return openai_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
@@ -119,7 +119,7 @@ class OpenAIModel(HttpModel):
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return, by base URL of each server, a copy of the model for canary calls; {} without a temperature."""
+        """Return, by base URL of each server, a copy of the model for canary calls; {} if no temperature is set."""
         options = self.settings.options
         if "temperature" not in options:
             return {}

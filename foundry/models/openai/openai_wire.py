@@ -33,7 +33,7 @@ HOPELESS: Mapping[int, str] = {
     404: "Check the model's name, and the end of model.server.base_url, which is often /v1.",
     405: "Check the end of model.server.base_url, which is often /v1.",
 }
-"""HTTP statuses that another call would get too, each with advice to the user."""
+"""HTTP statuses of errors that a repeated call would meet again, each with advice to the user."""
 FATAL: Mapping[str, str] = {
     "insufficient_quota": "The account has no money left.",
     "billing_hard_limit_reached": "The account has no money left.",
@@ -44,7 +44,7 @@ FATAL: Mapping[str, str] = {
     "unsupported_value": "Change {param}, or leave it out: model.options.{param}=null",
     "unknown_parameter": "Remove {param} from model.options and model.extra.",
 }
-"""Codes and types of errors that another call would get too, each with advice to the user."""
+"""Codes and types of errors that a repeated call would meet again, each with advice to the user."""
 TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
 """Texts of errors that reject images; llama.cpp sends one of them with status 500."""
@@ -121,7 +121,7 @@ class ChatSettings:
 
 
 def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
-    """Return all fields of a call except messages and seed, with the response formats of all kinds of question."""
+    """Return all fields of a call except messages and seed, with a response format per kind of question."""
     parameters: dict[str, Any] = {"model": settings.model, **settings.sent}
     if settings.schemas is not None:
         parameters["response_format"] = {kind: _response_format(settings, kind) for kind in settings.schemas}

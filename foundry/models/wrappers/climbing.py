@@ -35,8 +35,8 @@ REACHED = 0.25
 """Minimum share of the time in which calls wait for the limit; with less, the limit makes no difference."""
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
-"""Maximum ratio of calls in flight to calls that the server works on. If at least one more call than this is in flight,
-the limit falls, since further calls only wait.
+"""Maximum ratio of calls in flight to calls that the server works on. The limit falls if more than one
+call is in flight beyond this ratio, since such calls only wait.
 """
 REFUSED = 0.3
 """Share of refused tries above which the limit falls."""
@@ -224,7 +224,7 @@ class Climb:
         return found.variance < CLEAR**2 or found.calls >= max(MANY_CALLS, 4 * self.limit)
 
     def _give_way(self, limit: int, found: Measured, sums: Sums) -> None:
-        """Try `limit`, at which hardly any call waits. If the limit before was no smaller, go back to it instead."""
+        """Try a limit at which hardly any call waits, or go back to the limit before if that limit is no smaller."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
@@ -279,7 +279,7 @@ class Climb:
             self._try_another(found, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the earlier limit, or near it, and try the other direction; rest for long if neither helps."""
+        """Go back to the earlier limit, or near it, and try the other direction; rest if neither direction helps."""
         if self._told and self._base is not None and self._base.queued is not None:
             self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # the wait was not a queue
         if self._climbing and turns and self._step >= LARGEST_STEP:

@@ -16,13 +16,13 @@ from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
-"""Number of calls per check at a random call. Only such a check can find weights that are replaced for a short time."""
+"""The server is checked at a random one of this many calls, to find weights that are replaced only for a short time."""
 FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
 """Number of checks after new connections that are always made; number of calls that allow one more such check."""
 
 
 class Doubts(NamedTuple):
-    """Numbers of reasons so far to check the server.
+    """Counts of the events after which the server is checked.
 
     Attributes:
         raised: failures, and calls chosen at random.

@@ -71,7 +71,7 @@ class Limit:
         return self._now
 
     def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
-        """Count a call as ended, and let waiting calls start, first calls of runs that suit the free server."""
+        """Count a call as ended, and let waiting calls start, first the calls that suit the free server."""
         self._pass_time()
         self.in_flight -= 1
         for _ in range(PACE):
@@ -105,7 +105,7 @@ class Limit:
 
     @property
     def is_shared(self) -> bool:
-        """True if only `allow` sets the limit; False if a climb searches for it."""
+        """True if only `allow` sets the limit; False if a climb searches for the best limit."""
         return self._climb is None
 
     def allow(self, allowed: int) -> None:

@@ -11,7 +11,7 @@ idle_streak   number of decisions without a movement since the last one with a m
 target        name of the target, or "".
 limits        {max_distance_m, max_turn_deg, max_gaze_deg}.
 
-`Question.secret` holds further keys, which only scripted policies get, and no prompt:
+Further keys, in `Question.secret`, reach only scripted policies, and never a prompt:
 
 way           corners of the shortest path to the goal: [[x, y]], metres.
 near          whether the foot is near enough to the target.

@@ -87,7 +87,7 @@ class Pointer:
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:
-        """Return the box (2, 2) around triangles (n, 3, 3), offsets from the eye, in the picture; None if outside."""
+        """Return the box (2, 2) that triangles (n, 3, 3), as offsets from the eye, cover in the picture; else None."""
         following = corners[:, _FOLLOWING]
         crossing = (corners[..., 2] < NEAR_M) != (following[..., 2] < NEAR_M)
         start, end = corners[crossing], following[crossing]

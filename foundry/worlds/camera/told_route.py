@@ -53,7 +53,7 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""Largest distance between a leg and a corner of the shortest path, metres; the smaller one if legs have lengths."""
+"""Largest distance between a leg and a corner of the shortest path, metres; smaller if the route states lengths."""
 
 NEAR_M = 2.5
 """Largest distance of a near thing from the end of a leg, seen from above, metres."""

@@ -70,11 +70,11 @@ class Ground:
         return self.surfaces.near(*_box(points, body, (-math.inf, math.inf)))
 
     def obstacles(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> IntArray:
-        """Return the triangles of `near` that can stop a body between (k, 2) points, with its foot at `foot_z`."""
+        """Return the triangles near (k, 2) points that can stop a body whose foot is at the height `foot_z`."""
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
-        """Return the heights of a foot, first at `foot_z`, at each of (k, 2) points, up to the end of the floor."""
+        """Return the height of the foot at each of (k, 2) points of a path, up to the point where the floor ends."""
         if self.floor_height is not None:
             return np.full(len(points), self.floor_height)
         flat = self.surfaces.flat(near)
@@ -193,7 +193,7 @@ class Leg:
         return np.append(self._foot[:2] + station * self._heading, height)
 
     def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
-        """Return the heights of the floor at the stations, places on the path, and the cause of an early stop or None.
+        """Return the height of the floor at each station, a place on the path, and the cause of an early stop, or None.
 
         The first station without a floor is moved to the edge of the floor.
         """
@@ -249,7 +249,7 @@ class Leg:
         return Way(track, end)
 
     def _sweep(self, start: float, end: float, foot_z: float) -> tuple[float, Stop] | None:
-        """Return the place between `start` and `end` where an obstacle stops the body, and the obstacle; else None."""
+        """Return the first place of a straight path where an obstacle stops the body, and the obstacle; else None."""
         points = self._points(np.array([start, end]))
         able = self._ground.obstacles(points, foot_z, self._near, self._body)
         outlines = cut(self._ground.surfaces.corners[able], *self._body.span(foot_z))
@@ -259,7 +259,7 @@ class Leg:
         return start + touch.distance, Stop(self._ground.name(int(able[touch.owner])), touch.normal)
 
     def _settled(self, station: float, before: float, foot_z: float) -> FloatArray:
-        """Return the foot on the floor at `station`, or at `before` if the body cannot rise or sink to the floor."""
+        """Return the foot on the floor at a place, or at the place before if the body cannot reach the floor."""
         floor = self._height(station, foot_z)
         if floor is None or self._blocked(self._at(station, foot_z), floor) is not None:
             return self._at(before, foot_z)
@@ -338,7 +338,7 @@ class Collider:
         return Motion(track[-1], _length(track), stopped_by, track)
 
     def _slide(self, track: FloatArray, wish: FloatArray, left: float, body: Body, normal: FloatArray) -> FloatArray:
-        """Return the path (k, 3) after sliding on from its end; `left` is the part of the wished length still to go."""
+        """Return a path (k, 3) with a slide along obstacles added at its end; `left` is the length still to go."""
         places, touched = list(track), [normal]
         for _ in range(MAX_TURNS):
             deflected = _deflected(wish, touched)

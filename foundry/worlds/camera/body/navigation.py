@@ -307,7 +307,7 @@ class Navigator:
         return direct(self.collider, np.concatenate([track, self.places[chain]]), self.body, self.cell_m)
 
     def cell(self, foot: FloatArray) -> int | None:
-        """Return the first cell on the path from `foot` (3,) to the grid's cells; None without such a path."""
+        """Return the cell at which the path from `foot` (3,) enters the grid of cells; None without such a path."""
         cells = self._approaches.find(foot).cells
         return int(cells[0]) if cells.size else None
 

@@ -14,7 +14,7 @@ from foundry.worlds.camera.body.surfaces import SPACING_M, cut, dotted
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
-"""Steps from a cell to 16 others: 8 neighbours and 8 knight's moves of chess. Of two opposite steps, one is listed."""
+"""Steps from a cell to 16 others: 8 neighbours and 8 knight's moves of chess. Of opposite steps, only one is listed."""
 
 LAYER_M = 0.02
 """Height of a layer of the scene, metres. The places in one layer are checked for obstacles together."""

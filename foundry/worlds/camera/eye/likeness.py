@@ -12,7 +12,8 @@ MEAN_AT_MOST, FAR_AT_MOST = 1.0, 0.02
 """Largest differences of equal pictures: mean difference out of 255, and share of pixels with a large difference.
 
 In the shipped scenes, pictures of Mesa's two software renderers, with and without smooth edges, have a mean difference
-of at most 0.65 and a share of at most 0.015. If the eye turns by one degree, the values are at least 2.7 and 0.04.
+of at most 0.65, and a large difference in at most 0.015 of the pixels. If the eye turns by one degree, the mean
+difference is at least 2.7, and the share of pixels at least 0.04.
 """
 FAR = 16
 """A channel's difference above this value counts as large, out of 255."""

@@ -132,7 +132,7 @@ class _Reader:
         self._found.append(replace(found, later=found.later or self._later, segment=self._index))
 
     def _told(self, segment: Segment) -> list[Bar | None]:
-        """Return a `Bar` for each token that only reports, states a purpose or postpones a motion; else None."""
+        """Return, for each token, the reason why it only reports, states a purpose or postpones a motion, or None."""
         bars = self._telling.told(self._index)
         if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
             return [Bar.EXAMPLE] * len(bars)

@@ -1,21 +1,22 @@
 """Reads the motions that a reply in plain language asks for, and never invents a motion.
 
-Translation, turn of the body and turn of the gaze are read separately. If the text names one of these three kinds of
-motion several times, the last one counts. "stay" cancels the motions of earlier sentences. A direction counts only with
-a verb of motion, after another command, or in a sentence without other content. Negated, possible or conditional
-motions are not carried out, nor are motions in questions, examples, quotations and lists of options. The same holds for
-reports of earlier steps or of other agents, for purposes, and for postponed motions (see `language.telling`).
+Translation, turn of the body and turn of the gaze are read separately. If the text names a kind of motion several
+times, the last mention counts. "stay" cancels the motions of earlier sentences. A direction counts only with a verb of
+motion, after another command, or in a sentence without other content. Negated, possible or conditional motions are not
+carried out, nor are motions in questions, examples, quotations and lists of options. Reported motions of earlier steps
+or of other agents, purposes, and postponed motions are not carried out either (see `language.telling`).
 
 A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
 
 A reply that is a JSON object is read as JSON. The requested keys are `direction` (a direction such as "forward-left",
 or null), `distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). A missing key, null and 0 mean
 no motion, and a command without any motion is "stay". Other keys are ignored, except a key that names the action. An
-object with such a key, as in {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of its
-values.
+object that names an action, such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of
+its values.
 
-The outcome is `chosen` if the reply contains a command; `repaired` if the command is JSON in a part of the reply, or
-plain language although JSON is requested; `unreadable` if the reply contains no command, so that nothing moves.
+The outcome is `chosen` if the reply contains a command. The outcome is `repaired` if the command is JSON in a part of
+the reply, or plain language although JSON is requested. If the reply contains no command, the outcome is `unreadable`,
+and nothing moves.
 
 The time is linear in the length of the reply.
 """

@@ -1,7 +1,7 @@
 """The words by which replies are read, from one file per language.
 
-Each entry of a file has the fields of `Word`, which state a meaning. Four more fields list the phrases with this
-meaning, in lower case:
+Each entry of a file has the fields of `Word`, which state a meaning. Four more fields of an entry list the
+phrases with its meaning, in lower case:
 
 words       phrases, separated by ` | ` or a line break; `{a|b}` stands for a or b.
 inflection  name of a table in `inflections` with the endings that these words can have.

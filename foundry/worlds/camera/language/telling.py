@@ -1,7 +1,8 @@
 """Finds the words of a sentence that ask for no motion, and says why: each such word has a `Bar`.
 
-Such words are negated, possible, conditional, or an example ("not", "could", "if", "for example"). Other such words
-report an earlier step or another agent's motion, state a purpose, or postpone the motion.
+A word asks for no motion if it is negated, possible, conditional, or an example ("not", "could", "if", "for example").
+A word also asks for no motion if it reports an earlier step or another agent's motion, states a purpose, or postpones
+the motion.
 """
 
 from collections.abc import Sequence
@@ -186,7 +187,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """Forget the reason of the previous segment unless the same reason also applies to this segment."""
+        """Forget why the previous segment asks for no motion, unless the reason applies to this segment too."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
@@ -253,7 +254,7 @@ class Telling:
         return first is None or first.kind is not Kind.VERB or first.word.form is not Form.PLAIN
 
     def _of_verb(self, segment: Segment, at: int, seen: _Seen) -> Bar | None:
-        """Return the reason, from its form or the words before it, why a verb asks for no motion; else None."""
+        """Return the reason why a verb asks for no motion, by its form or the words before it; else None."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.PAST:
             self._scope = _Scope(Bar.TOLD, Kind.VERB)

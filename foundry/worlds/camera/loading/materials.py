@@ -103,7 +103,7 @@ def _pixels(picture: Image.Image) -> UInt8Array:
 
 
 def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: bool) -> UInt8Array:
-    """Return a picture after value * scale + bias, both (4,). Its values are linear light if `linear`, else sRGB."""
+    """Return a picture after value * scale + bias, both (4,). Unless `linear`, its sRGB values become linear first."""
     depth = texture.shape[2]
     values = texture / 255.0
     light = values[..., :3] if linear else to_linear(values[..., :3])

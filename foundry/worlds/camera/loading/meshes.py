@@ -89,10 +89,7 @@ def _fan(size: int, first: int) -> IntArray:
 
 
 def _is_sound(polygons: FloatArray, normals: FloatArray, fan: IntArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return, for each polygon, whether all triangles of the fan face the same way as the polygon.
-
-    The triangles of a fan share one corner.
-    """
+    """Return, for each polygon, whether triangles with a common corner all face the same way as the polygon."""
     a, b, c = (polygons[:, fan[:, i]] for i in range(3))
     facing = np.einsum("fti,fi->ft", np.cross(b - a, c - a), normals)
     return np.asarray((facing >= 0).all(axis=1))
@@ -186,7 +183,7 @@ def capsule(bottom: float, top: float, height: float, axis: str) -> Topology:
 
 
 def plane(width: float, length: float, axis: str) -> Topology:
-    """Return a rectangle whose normal is the axis.
+    """Return a rectangle whose normal is an axis of the scene.
 
     The width is along x, or along z for the axis X. The length is along y, or along z for the axis Y.
     """
