@@ -1,4 +1,4 @@
-"""Formulas for how far choices about the same things agree, beyond chance; undefined values are NaN."""
+"""Formulas for the agreement of choices about the same things, beyond chance; undefined values are NaN."""
 
 import math
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ def _kappa(joint: IntArray) -> float:
 
 
 def kappa_interval(first: IntArray, second: IntArray) -> Interval:
-    """Return the jackknife interval (Tukey 1958) of Cohen's kappa of two rows of independent choices, (n,) each.
+    """Return an interval for Cohen's kappa of two rows of n independent choices, by the jackknife (Tukey 1958).
 
     It is NaN if kappa is undefined, over all choices or after leaving out one of them.
     """
@@ -59,7 +59,7 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
 
 
 def pairwise_agreement(counts: IntArray) -> float:
-    """Return the share of equal pairs among the choices about a thing, as a mean over things; NaN without things.
+    """Return the mean over things of the share of equal pairs among the choices about a thing; NaN without things.
 
     Args:
         counts: how often each choice was made about each thing, (things, choices); at least two choices per thing.
@@ -69,7 +69,7 @@ def pairwise_agreement(counts: IntArray) -> float:
 
 
 def fleiss_kappa(counts: IntArray) -> float:
-    """Return Fleiss' kappa, -1..1; NaN if chance agreement is 1, or without things.
+    """Return Fleiss' kappa, -1..1; NaN if all choices are the same, or without things.
 
     Chance agreement comes from the pooled choices about all things. With equally many choices about each thing, this is
     the measure of Fleiss 1971. Otherwise the agreement is a mean over things with equal weights, and the pool contains

@@ -36,12 +36,12 @@ class Decisions:
 
     @cached_property
     def readable(self) -> BoolArray:
-        """True for the decisions that could be read (chosen or repaired), in the shape of `outcome`."""
+        """True for readable decisions, with the outcome `chosen` or `repaired`; the shape is that of `outcome`."""
         return np.isin(self.outcome, READABLE)
 
     @cached_property
     def counted(self) -> BoolArray:
-        """True for the decisions that measures use, in the shape of `outcome`."""
+        """True for decisions that measures count: all, or only readable ones; in the shape of `outcome`."""
         return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
 
     @property

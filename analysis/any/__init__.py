@@ -1,4 +1,4 @@
-"""Analysis of runs of any form, from the keys that all steps have. The folder of a form analyses its other keys."""
+"""Analyses runs of any form by the keys that all forms share. Each form's own folder analyses its other keys."""
 
 from analysis.any.any_records import read_records, schema
 from analysis.any.any_run import AnyRun

@@ -19,10 +19,10 @@ COMMON = ("step", "agent", "kind", "action", "outcome", "utility", "message")
 """The keys that a decision has in every form, with the same meaning."""
 
 UNNAMED = "action"
-"""The kind of every decision in a world that names no kinds."""
+"""The kind that every decision gets if its world names no kinds."""
 
 MOST_AGENTS = 1_000_000
-"""Maximum number of agents, so that a damaged id cannot fill the memory."""
+"""Maximum number of agents; without this limit, a damaged id in a record could fill the memory."""
 
 _OUTCOME = {outcome: index for index, outcome in enumerate(OUTCOMES)}
 
@@ -84,7 +84,7 @@ def _kind_of(declared: Declared, kind: str | None, file: Path) -> str:
 
 
 def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[Action], file: Path) -> None:
-    """Reject an action that the world does not declare; a world without declared actions allows any."""
+    """Raise an error for an action that the world does not declare; if it declares none, any is allowed."""
     if not declared.actions:
         return
     lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))

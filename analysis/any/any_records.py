@@ -18,7 +18,7 @@ from foundry.records import Message, Outcome, RunSummary
 from foundry.storing.store import RunFolder
 
 _Whole: TypeAlias = Annotated[int, msgspec.Meta(ge=-(1 << 62), le=1 << 62)]
-"""Whole numbers that fit an array."""
+"""A whole number that fits into 64 bits."""
 
 _TYPES: Mapping[str, Any] = {
     "integer": _Whole,
@@ -55,7 +55,7 @@ class AnyRecords:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of the decisions: first those that the world declares, then the others in order of occurrence."""
+        """The keys of the decisions: first the keys that the world declares, then further keys as they first occur."""
         occurring = (key for row in self.steps for key in row)
         return tuple(dict.fromkeys([*self.declared.streams.get("steps", ()), *occurring]))
 
@@ -99,7 +99,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> AnyRecords:
 
 
 def _unfit(folder: RunFolder, steps: list[dict[str, Any]]) -> str:
-    """Return why the lines do not fit the world's schema, or an empty text if they do."""
+    """Return why the lines do not fit the world's schema, or "" if they fit."""
     try:
         msgspec.convert(steps, list[_line_type(folder.declared)])  # type: ignore[misc]
     except msgspec.ValidationError as error:

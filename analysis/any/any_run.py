@@ -15,7 +15,7 @@ from foundry.records import Counts
 
 @dataclass(frozen=True, eq=False)
 class LabelledTexts:
-    """The n texts of a run to which a label with C choices applies.
+    """The n texts of a run that can get a label with C choices.
 
     Attributes:
         surrogate: 1 for the choice of the rule or the model, 0 for all others, (n, C); None without a rule or model.

@@ -1,4 +1,4 @@
-"""The decisions of a run by kind of question, as rows of numbers that can be averaged."""
+"""Turns decisions into rows of numbers whose mean makes sense: a label becomes a row such as (0, 1, 0)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Decided:
-    """The n counted decisions of one kind, which are either labels or numbers, in recorded order.
+    """The n counted decisions of one kind, in recorded order; either all are labels or all are numbers.
 
     Attributes:
         labels: the C possible labels; empty if the decisions are numbers.
@@ -57,13 +57,13 @@ class Decided:
         return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
     def only(self, kept: BoolArray) -> "Decided":
-        """Return the decisions selected by a mask (n,)."""
+        """Return the decisions for which `kept`, (n,), is true."""
         return Decided(self.kind, self.labels, self.step[kept], self.agent[kept], self.values[kept])
 
 
 @lru_cache(maxsize=2)
 def decided(run: AnyRun) -> tuple[Decided, ...]:
-    """Return the decisions of a run for each declared kind in its order, even if a kind has no decisions.
+    """Return the decisions of a run for each kind, in the order in which the world declares the kinds.
 
     If a world declares no actions, the kinds and labels are those that occur, sorted.
     """
@@ -108,5 +108,5 @@ def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decide
 
 
 def beyond(ids: IntArray) -> int:
-    """Return the smallest whole number above all ids."""
+    """Return one more than the greatest id, or 0 without ids."""
     return int(ids.max(initial=-1)) + 1

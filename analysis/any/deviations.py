@@ -1,10 +1,11 @@
-"""Deviations of each agent from the others at the same moment, so that common behaviour cancels out.
+"""How far each agent's decisions deviate from the other agents' decisions at the same moment.
 
 Shapes: N agents; C columns of values, as in `analysis.any.decided`.
 
-Agents may differ from each other through a whole run. These differences are compared with those of shuffled agents. A
-shuffled agent joins the first third of one agent with the last third of another. Each third is a whole sequence, so
-dependence from step to step stays intact. The middle third separates the two.
+Behaviour that all agents share cancels out. Lasting differences between agents are compared with the differences of
+shuffled agents. A shuffled agent joins the first third of one agent with the last third of another. Within a third, the
+order of decisions stays as it was, so a decision may depend on earlier ones. The middle third of the run is not used,
+so the two thirds are far apart.
 """
 
 import math
@@ -21,7 +22,7 @@ from analysis.formulas import ratio
 
 @dataclass(frozen=True)
 class Deviations:
-    """How far agents deviate from the mean decision of all agents at the same moment.
+    """How far each agent's decisions deviate from the mean decision of all agents at the same moment.
 
     Attributes:
         sums: decision minus the mean decision at its moment, summed over an agent's decisions, (N, C).
@@ -40,17 +41,17 @@ class Deviations:
 
     @property
     def able(self) -> BoolArray:
-        """True for agents that can be compared with others, (N,)."""
+        """True for agents that decided at a moment at which others decided too, (N,)."""
         return self.weights > 0
 
 
 def variance(*found: Deviations) -> float:
-    """Return the variance of decisions at one moment, estimated from pairs of two agents; NaN without pairs."""
+    """Return the variance of decisions at one moment, from pairs of decisions of two agents; NaN without pairs."""
     return ratio(sum(one.differences for one in found), sum(one.pairs for one in found))
 
 
 def scaled(one: Decided) -> Decided:
-    """Return the decisions with numbers scaled to -2..2, which prevents overflow and changes no share of a variance."""
+    """Return decisions with numbers scaled to -2..2 to prevent overflow; shares of variance stay the same."""
     if one.labels:
         return one
     size = np.abs(one.values).max(initial=0)
@@ -59,9 +60,10 @@ def scaled(one: Decided) -> Decided:
 
 
 def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
-    """Return which decisions are in the first and which in the last third of the steps with decisions, (n,) each.
+    """Return whether each decision is in the first, and whether it is in the last third of the steps, (n,) each.
 
-    Both thirds have the same number of steps, at least one. With fewer than two steps both are empty.
+    Only steps with decisions count. Both thirds have the same number of steps, at least one. With fewer than two steps,
+    both are empty.
     """
     length = max(1, one.steps // 3) if one.steps > 1 else 0
     return one.rank < length, one.rank >= max(one.steps - length, length)
@@ -91,7 +93,7 @@ def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
 
 
 def _sums(group: IntArray, rows: FloatArray, groups: int) -> FloatArray:
-    """Return the sum of the rows (n, k) of each group, (groups, k); `group` (n,) is the group of each row."""
+    """Return, for each group, the sum of its rows, (groups, k); `group`, (n,), is the group of each row."""
     width = rows.shape[1]
     places = (group[:, None] * width + np.arange(width)).ravel()
     found = np.bincount(places, weights=rows.ravel(), minlength=groups * width)
@@ -99,7 +101,7 @@ def _sums(group: IntArray, rows: FloatArray, groups: int) -> FloatArray:
 
 
 def _spread(totals: FloatArray) -> float:
-    """Return the sum of squared differences over all ordered pairs within groups.
+    """Return the sum of squared differences over all ordered pairs of two values in the same group.
 
     Args:
         totals: for each group, the number, the C sums and the sum of squares of its values, (groups, 1 + C + 1).
@@ -108,12 +110,12 @@ def _spread(totals: FloatArray) -> float:
 
 
 ALIKE = "decides like all other agents, with any habits shorter than a third of the run"
-"""The null hypothesis that agents do not differ lastingly."""
+"""The null hypothesis: how an agent behaves that does not differ from the others through a whole run."""
 
 
 @dataclass(frozen=True)
 class Lasting:
-    """How far agents differ lastingly.
+    """How far agents differ from each other through a whole run, beyond chance.
 
     Attributes:
         share: variance between agents that lasts through the run, as a share of the variance of decisions at a moment,
@@ -146,7 +148,7 @@ class _Kind:
 
 
 def lasting(found: Sequence[Decided], agents: int) -> Lasting:
-    """Return how far N agents differ lastingly; `found` holds the decisions of each kind."""
+    """Return how far N agents differ through a whole run; `found` holds the decisions of each kind."""
     kinds = [kind for one in found if (kind := _kind(scaled(one), agents)) is not None]
     if not kinds:
         return Lasting(math.nan, math.nan, 0)
@@ -164,7 +166,7 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
 
 
 def _kind(one: Decided, agents: int) -> _Kind | None:
-    """Return the agents' deviations for one kind; None if agents never differ, or fewer than two can be compared."""
+    """Return the agents' deviations in one kind; None if agents never differ or fewer than two can be compared."""
     parts = [deviations(one.only(kept), one.moment[kept], agents) for kept in thirds(one)]
     chance = variance(*parts)
     able = parts[0].able & parts[1].able
@@ -180,7 +182,7 @@ def _kind(one: Decided, agents: int) -> _Kind | None:
 
 
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
-    """Return the sum over agents of the products of their two thirds, minus its mean over all shuffles, (R,).
+    """Return the sum over agents of first third times last third, minus its mean over all shuffles, (R,).
 
     The first value is for the actual agents, the others are for shuffled ones.
     """

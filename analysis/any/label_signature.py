@@ -15,12 +15,12 @@ from foundry.labels.items import Item, items_in
 from foundry.storing.store import RunFolder
 
 UNCORRECTED = "_uncorrected"
-"""Suffix of the name of an uncorrected measure, if there is also a measure corrected by people's labels."""
+"""Suffix of the name of the uncorrected measure beside a measure that people's labels correct."""
 _TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "moment": "replies"}
 
 
 def names_of(label: Label) -> dict[str, str]:
-    """Return the names of a label's measures, each with the choice whose share it is."""
+    """Return a label's measures by name; each is the share of one choice, which is the value here."""
     if label.choices == (YES, NO):
         return {"share": YES}
     return {f"share_{choice}": choice for choice in label.choices}

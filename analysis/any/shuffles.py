@@ -13,14 +13,14 @@ DRAWS = 999
 """Number of random shuffles, besides the actual order."""
 
 FEW = 6
-"""Up to this number of agents, all orders are taken: at most 720."""
+"""For up to this number of agents, all orders are used (at most 720) instead of random ones."""
 
 _AT_ONCE = 1_000_000
-"""Maximum number of elements of the orders that are in memory at the same time."""
+"""Maximum number of array elements, over all orders, that are in memory at the same time."""
 
 
 def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, number: int, size: int) -> FloatArray:
-    """Return the values of a statistic, (R,): first for the actual order of a class of agents, then for shuffled ones.
+    """Return a statistic for R orders of a class of agents, (R,): first the actual order, then shuffled orders.
 
     Args:
         statistic: function of orders of the agents (r, size) that returns values (r,).
@@ -35,13 +35,13 @@ def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, num
 
 
 def p_value(values: FloatArray) -> float:
-    """Return the share of the values (R,) that are at least as large as the first one, up to rounding."""
+    """Return the share of the values (R,) that are at least the first value, which belongs to the actual order."""
     slack = 1e-9 * float(np.abs(values).max())
     return float((values >= values[0] - slack).mean())
 
 
 def classes_of(asked: BoolArray) -> list[IntArray]:
-    """Return the classes of agents that were asked the same kinds of questions; a class has at least two agents.
+    """Return classes of at least two agents; agents of one class were asked the same kinds of questions.
 
     Args:
         asked: whether each agent was asked each kind, (N, kinds).

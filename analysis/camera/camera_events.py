@@ -8,7 +8,7 @@ from analysis.camera.camera_run import CameraRun
 from analysis.measuring.events import Event, beginnings
 
 _ENDS = {"bounds": "the bounds of the scene", "edge": "the edge of the floor"}
-"""Boundaries that are not obstacles, in words."""
+"""Words for boundaries that stop an agent although they are no obstacles."""
 
 
 def events(run: CameraRun) -> Iterator[Event]:

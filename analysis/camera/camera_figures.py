@@ -19,7 +19,7 @@ from analysis.plots.labels import wrapped
 from foundry.palette import COLOURS
 
 _HOLLOW: Any = {"linestyle": "", "markeredgecolor": "black", "markerfacecolor": "none", "zorder": 6}
-"""The look of marks that do not hide the ends of paths."""
+"""How hollow marks are drawn, which do not hide the end of a path below them."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class CameraFigures:
         self._runs: dict[Shown, CameraRun] = {}
 
     def add(self, shown: Shown, run: CameraRun, seed: int) -> None:
-        """Add the path of a group's run if it has the seed of the examples."""
+        """Keep a group's run for the figure if the run has the seed that the figure shows."""
         if seed == self._seed:
             self._runs.setdefault(shown, run)
 

@@ -48,7 +48,7 @@ class CameraRecords:
         return {name: [row[name] for row in rows] for name in names}
 
     def decisions(self) -> dict[str, list[Any]]:
-        """Return the columns that all forms share, by name; `action` has the kind of command, or the answer."""
+        """Return the columns that all forms share, by name; `action` is the kind of the command, or else the answer."""
         found = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
         kinds = kinds_of(
             bearing=_filled(found.pop("move_bearing"), math.nan),
@@ -82,7 +82,7 @@ class CameraRecords:
         moves = [row for row, kind in zip(self.steps, kinds, strict=True) if kind == MOVE]
         poses = [self.episode.start, *(row.pose_next for row in moves)]
         if poses[:-1] != [row.pose for row in moves]:
-            raise RecordError(f"{file}: a decision does not start where the one before it ended.")
+            raise RecordError(f"{file}: a decision does not start at the pose where the decision before ended.")
         answers = tuple(row for row, kind in zip(self.rows(), kinds, strict=True) if kind != MOVE)
         try:
             found = _camera_run(folder.id, self.episode, moves, poses)
@@ -136,7 +136,7 @@ class _Command(msgspec.Struct):
 
 
 def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
-    """Check the types of the decisions' commands, which `CameraStep` leaves open.
+    """Check that every decision has a valid command; the class `CameraStep` accepts any.
 
     Raises:
         RecordError: a command is invalid.
@@ -145,7 +145,9 @@ def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
         try:
             msgspec.convert(step.command, _Command)
         except msgspec.ValidationError as error:
-            raise RecordError(f"{file} cannot be read: the command of decision {step.step}: {error}") from error
+            raise RecordError(
+                f"{file} cannot be read, because decision {step.step} has no valid command: {error}"
+            ) from error
 
 
 def flat(step: CameraStep) -> dict[str, Any]:

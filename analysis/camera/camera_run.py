@@ -14,10 +14,10 @@ from analysis.arrays import STAY, BoolArray, Decisions, FloatArray, IntArray, Te
 from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
-"""Smallest motion or change of distance that counts, metres; less is rounding, or play at an obstacle."""
+"""Smallest motion, or change of a distance, that counts, metres. Smaller ones are rounding, or slack at an obstacle."""
 
 GAZE_LIMIT = "gaze limit"
-"""The `boundary` of a decision whose gaze is at its limit; it is not an obstacle."""
+"""Value of `boundary` for a decision that turned the gaze as far up or down as it goes; this is no obstacle."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,6 @@ def command_kinds(run: CameraRun) -> IntArray:
 
 
 def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:
-    """Return the kind of each command as an index into COMMAND_KINDS, (T,), given its parts as in `CameraRun`."""
+    """Return each command's kind as an index into COMMAND_KINDS, (T,); the arguments are as in `CameraRun`."""
     amounts = zip(bearing.tolist(), asked.tolist(), turn.tolist(), gaze.tolist(), strict=True)
     return np.array([COMMAND_KINDS.index(command_kind(*one)) for one in amounts], dtype=np.int64)

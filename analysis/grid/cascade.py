@@ -1,7 +1,7 @@
-"""Spread of news among agents: which agent told which first, and which agents the news could have reached.
+"""How news of a fire spreads: which agent first warned which other, and which agents the news could have reached.
 
-Within a step agents perceive, speak, and hear the messages of the step. So an agent can pass on a message of step t
-from step t + 1.
+In each step, agents first perceive, then speak, then hear the messages of this step. So an agent can pass on a message
+of step t at step t + 1 or later.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
 
 NEVER: int = np.iinfo(np.int64).max
-"""The step of an event that never happens."""
+"""Stands for the step of an event that never happens."""
 
 NOBODY = -1
 
@@ -40,12 +40,12 @@ class Cascade:
 
     @property
     def edges(self) -> int:
-        """Number of edges of the forest."""
+        """Number of agents whose first warning extended a chain, which is the number of edges of the forest."""
         return int((self.parent != NOBODY).sum())
 
     @cached_property
     def depths(self) -> IntArray:
-        """Number of edges between each agent and the root of its tree, (N,)."""
+        """Number of warnings from the root of each agent's tree down to the agent, (N,)."""
         depths = np.zeros(len(self.parent), dtype=np.int64)
         for agent in self._downwards():
             depths[agent] = depths[self.parent[agent]] + 1
@@ -53,7 +53,7 @@ class Cascade:
 
     @property
     def depth(self) -> int:
-        """Number of edges on the longest path that starts at a root of the forest."""
+        """Number of warnings in the longest chain, from a root of the forest on."""
         return int(self.depths.max(initial=0))
 
     @property
@@ -81,12 +81,12 @@ class Cascade:
         )
 
     def _downwards(self) -> list[int]:
-        """Return the agents with a parent, each after its parent: a parent was told earlier than its child."""
+        """Return the agents with a parent, by the step at which they were told; each comes after its parent."""
         order = np.argsort(self.told_at, kind="stable")
         return [int(agent) for agent in order if self.parent[agent] != NOBODY]
 
     def _below_and_roots(self) -> tuple[IntArray, IntArray]:
-        """Return two arrays (N,): the size of the subtree at each agent, itself included, and the root of its tree."""
+        """Return, for each agent, (N,), the number of agents in its subtree, itself included, and its tree's root."""
         below, roots = np.ones(len(self.parent), dtype=np.int64), np.arange(len(self.parent))
         for agent in reversed(self._downwards()):
             below[self.parent[agent]] += below[agent]
@@ -125,7 +125,7 @@ def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Casca
 
 
 def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
-    """Return the step at which news first reaches each agent over a link, or NEVER, (N,), if all pass it on always.
+    """Return the step at which news reaches each agent over links if all agents always pass it on, or NEVER, (N,).
 
     Args:
         perceived_at: step at which each agent first sees a fire itself, or NEVER, (N,).
@@ -143,21 +143,21 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Relays:
-    """Numbers of told agents that could pass a warning on, and of those that did; (S,) each, for S labellings."""
+    """For S labellings, how many told agents could pass a warning on, and how many of these agents did, (S,) each."""
 
     could: IntArray
     did: IntArray
 
     @property
     def shares(self) -> FloatArray:
-        """Share of the agents that passed a warning on, among those that could, (S,); NaN if none could."""
+        """Agents that passed a warning on / agents that could, (S,); NaN if no agent could."""
         return np.asarray(np.where(self.could > 0, self.did / np.maximum(self.could, 1), np.nan))
 
 
 def find_relays(
     warned: BoolArray, told_at: IntArray, perceived_at: IntArray, *, able: BoolArray, within: int
 ) -> Relays:
-    """Return how many agents could pass a warning on, and how many did, for S labellings of the same messages.
+    """For S labellings of the same messages, return how many agents could pass a warning on, and how many did.
 
     Args:
         warned: whether an agent sent a warning, by labelling, step and agent, (S, T, N).
@@ -178,7 +178,7 @@ def find_relays(
 
 
 def _running(flags: BoolArray) -> NDArray[np.int32]:
-    """Return the number of flags set before each step, (S, T + 1, N); flags has shape (S, T, N)."""
+    """Return how many flags are set before each step, (S, T + 1, N); `flags` has shape (S, T, N)."""
     counts = np.zeros((flags.shape[0], flags.shape[1] + 1, flags.shape[2]), dtype=np.int32)
     np.cumsum(flags, axis=1, out=counts[:, 1:])
     return counts

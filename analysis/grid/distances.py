@@ -9,7 +9,7 @@ _AT_ONCE = 2**15
 
 
 def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the fewest moves from each cell into any place: 0 inside a place, NaN without places.
+    """Return the fewest moves from each cell to the nearest place: 0 inside a place, NaN without places.
 
     x, y and the result have the same shape. This is the Manhattan distance, which ignores walls.
     """
@@ -22,7 +22,7 @@ def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArra
 
 
 def to_fires(world: GridSettings, x: IntArray, y: IntArray, *, straight: bool = True) -> FloatArray:
-    """Return the distance from each cell to every fire, (..., F); Euclidean if `straight`, or else in moves."""
+    """Return the distance from each cell to each of F fires, (..., F); Euclidean if `straight`, else in moves."""
     centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
     across, along = np.abs(x[..., None] - centres[:, 0]), np.abs(y[..., None] - centres[:, 1])
     return np.asarray(np.hypot(across, along) if straight else across + along, dtype=np.float64)
@@ -36,7 +36,7 @@ def to_nearest_agent(
     own: IntArray,
     there: BoolArray | None = None,
 ) -> FloatArray:
-    """Return the fewest moves from each cell to the nearest other agent, (R, k), ignoring walls; NaN without one.
+    """Return the fewest moves, ignoring walls, from each cell to the nearest other agent, (R, k); NaN without one.
 
     Args:
         x: columns of the cells, (R, k).

@@ -21,7 +21,7 @@ COURSES: Mapping[str, Callable[[GridRun], BoolArray]] = {
     "spoke (share)": lambda run: run.spoke,
     "in a place (share)": lambda run: run.place[1:] != OUTSIDE,
 }
-"""Curves over the steps: for each title, a function that returns whether it holds for each agent, (T, N)."""
+"""Curves over the steps. For each title, a function returns whether each agent moved, spoke and so on, (T, N)."""
 MOST_SEEDS = 12
 """Maximum number of seeds for which the positions of groups are compared step by step."""
 
@@ -114,7 +114,7 @@ def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
 
 
 def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
-    """Return how far the agents of each group are from the same agents in other groups' runs with the same seed.
+    """Return how far the agents of each group are from the same agents in other groups, in runs with the same seed.
 
     Each curve is a mean distance by step, in cells. A group is compared only with groups that have the same number of
     agents and share a seed with it.
@@ -202,7 +202,7 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
 
 
 def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[int]:
-    """Sort agents so that each comes after the agent that warned it, and agents that were told earlier come first."""
+    """Sort agents: each comes after the agent that warned it; of agents with one warner, the first told is first."""
     below: dict[int, list[int]] = {}
     for agent in sorted(known, key=lambda one: (int(since[one]), one)):
         below.setdefault(int(parent[agent]), []).append(agent)

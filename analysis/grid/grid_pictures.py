@@ -34,7 +34,7 @@ class GridFigures:
         return [*_of_all_runs(groups), *self._of_single_runs(order)]
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
-        """Return a table with the first warning to each agent in the example runs; no table without warnings."""
+        """Return a table of each agent's first warning in the example runs; no table if there was no warning."""
         rows = tuple(
             (tree.run, tree.shown.label, str(edge.step), str(edge.sender), str(edge.recipient))
             for tree in self._trees(order)

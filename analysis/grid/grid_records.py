@@ -22,7 +22,7 @@ from foundry.storing.store import RunFolder
 
 
 class FurnishedLine(GridStep, frozen=True, kw_only=True):
-    """A line of `steps.jsonl` in a world in which agents come and go; a key that the world does not write is empty."""
+    """A line of `steps.jsonl` if agents come and go in the world; a key that the line lacks has its default."""
 
     left: str | None = None
     lost: str | None = None
@@ -36,7 +36,7 @@ class FurnishedLine(GridStep, frozen=True, kw_only=True):
 
 
 NONE = -1
-"""Stands for the outcome of an agent that was not asked."""
+"""Stands for the outcome of a decision where an agent was not asked."""
 
 _DELIVERY = attrgetter("step", "sender", "recipient")
 
@@ -59,7 +59,7 @@ class GridRecords:
         return {**found, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return the steps as columns, which is many times as fast as rows."""
+        """Return some keys of the steps as columns; this is many times as fast as `rows`."""
         return {name: list(map(attrgetter(name), self.steps)) for name in names}
 
     def arrays(self, folder: RunFolder) -> GridRun:
@@ -99,7 +99,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
 
 
 def labelled(run: GridRun, labelling: Labelling) -> GridRun:
-    """Return the run with the labels of its messages; a rule needs no such list, because it can label any text."""
+    """Return the run with a model's labels of its messages, or unchanged if a rule labels them later."""
     if labelling.by_fires is None:
         return run
     fires = tuple(fire.name for fire in run.world.fires)
@@ -187,7 +187,7 @@ def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[
 def _comings_and_goings(
     world: GridSettings, rows: Sequence[GridStep], there: BoolArray, column: Callable[..., Any]
 ) -> dict[str, Any]:
-    """Return the fields of `GridRun` that only a run has in which agents come and go."""
+    """Return the fields of `GridRun` that are set only if agents come and go in the world."""
     lines = [row for row in rows if isinstance(row, FurnishedLine)]
     if not lines:
         return {}
@@ -209,7 +209,7 @@ def _comings_and_goings(
 
 
 def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
-    """Return the states at the start and after each of T steps, (T + 1, N), from the states before and after each step.
+    """Join the states before and after each step to the states at the start and after each step, (T + 1, N).
 
     An agent that has not joined yet has its first state, and an agent that is gone its last. All arguments are (T, N).
     """

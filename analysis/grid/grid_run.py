@@ -13,10 +13,10 @@ import numpy as np
 from analysis.arrays import READABLE, BoolArray, Decisions, IntArray, TextArray
 
 OUTSIDE = -1
-"""Index of cells outside all places."""
+"""Stands for the index of a place where a cell is outside all places."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
-"""Staying and the directions of a move; `GridRun.choice` holds indices into CHOICES followed by FURTHER_ACTIONS."""
+"""Staying and the directions of a move. `GridRun.choice` holds indices into CHOICES + FURTHER_ACTIONS."""
 
 FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
 """The further actions of an agent in a world with energy."""
@@ -25,11 +25,11 @@ NO_EXIT = -1
 """Stands for the index of an exit in a step in which the agent does not leave."""
 
 HEADINGS: IntArray = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)], dtype=np.int64)
-"""Change of (x, y) by index in CHOICES, (5, 2)."""
+"""Change of (x, y) by each action in CHOICES, (5, 2)."""
 
 
 class Place(msgspec.Struct, frozen=True):
-    """A rectangle of cells; `extent` is the number of cells from the centre to the edge, in x and y."""
+    """A rectangle of cells; `extent` is the number of cells from the rectangle's centre to its edges, in x and y."""
 
     name: str
     center: tuple[int, int]
@@ -58,7 +58,7 @@ class Fire(msgspec.Struct, frozen=True):
 
 
 class Exit(msgspec.Struct, frozen=True):
-    """Cells that lead out of the world; `capacity` agents at most leave by them in a step, None for any number."""
+    """Cells by which agents leave the world: at most `capacity` agents in a step, or any number if it is None."""
 
     name: str
     cells: tuple[tuple[int, int], ...]
@@ -119,7 +119,7 @@ class GridSettings(msgspec.Struct, frozen=True):
         return any(fire.spread for fire in self.fires)
 
     def free(self) -> BoolArray:
-        """Return which cells have no wall, (W, W), indexed by x and y, from the lowest of each."""
+        """Return which cells have no wall, (W, W); index (0, 0) is the cell with the lowest x and the lowest y."""
         found = np.ones((self.width, self.width), dtype=np.bool_)
         half = self.half_size
         for (x, y), (other_x, other_y) in self.walls:
@@ -220,7 +220,7 @@ class GridRun(Decisions):
 
     @property
     def decisions(self) -> int:
-        """Number of decisions on actions; T * N if all agents are always present."""
+        """Number of decisions that choose an action; T * N if all agents are always present."""
         return int(self.there.sum())
 
     @cached_property
@@ -230,12 +230,12 @@ class GridRun(Decisions):
 
     @cached_property
     def counted(self) -> BoolArray:
-        """True for action decisions that count, (T, N)."""
+        """True for decisions on an action that measures count: all, or only the readable ones, (T, N)."""
         return self.readable if self.readable_only else self.there
 
     @cached_property
     def message_counted(self) -> BoolArray:
-        """True for message decisions that count, (T, N)."""
+        """True for decisions on a message that measures count: all, or only the readable ones, (T, N)."""
         return self.message_readable if self.readable_only else self.there
 
     @property

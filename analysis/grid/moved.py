@@ -1,8 +1,9 @@
-"""A null for worlds that draw the positions of fires and places for each seed.
+"""A null for worlds in which the seed draws the positions of fires and places.
 
-Positions are drawn again, and the agents' recorded paths are measured against the moved fires and places. Agents that
-ignore fires and places would take the same paths under any draw. So the actual positions are one more draw, and the
-difference from the mean over the other draws is 0 on average, whatever habits the agents have.
+The positions are drawn again many times, and each time the agents' recorded paths are measured against the new
+positions. Agents that ignore fires and places would take the same paths under any draw. For such agents the actual
+positions are just one more draw. So a measure minus its mean over the other draws is 0 on average, whatever habits
+these agents have.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,15 +17,16 @@ from foundry import seeding
 from foundry.seeding.positions import PositionLaw
 
 DRAWS = 100
-"""Number of times that the positions are drawn again."""
+"""Number of new draws of the positions for each run."""
 
 
 def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> FloatArray:
-    """Return the statistics of a run, each minus its mean over the moved runs in which it is defined.
+    """Return each statistic of a run minus the statistic's mean over copies of the run with other positions.
 
     Args:
         run: a run of a world that draws positions.
-        statistic: function of a run that returns numbers (k,), NaN where undefined.
+        statistic: function of a run that returns numbers (k,), NaN where undefined; copies with NaN are left out of the
+            mean.
     """
     draws = np.stack([statistic(moved) for moved in _moved(run)])
     defined = ~np.isnan(draws)

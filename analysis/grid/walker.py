@@ -1,8 +1,8 @@
-"""Two agents that perceive nothing, and whose behaviour is known exactly; several signatures compare with them.
+"""Two imagined agents that perceive nothing; several signatures compare runs with their expected behaviour.
 
 The random walker never stays: at every step it makes one of the legal moves, each equally likely. The blind agent stays
-whenever the agent of the run did, and otherwise draws a legal direction by the shares of directions in the run. So it
-prefers the same directions as the agents of the run, but perceives nothing.
+whenever the run's agent stayed. Otherwise it draws a legal direction, with the frequencies that directions have in the
+run. So the blind agent prefers the same directions as the agents of the run.
 """
 
 from functools import lru_cache
@@ -49,10 +49,10 @@ def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
 
 
 def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray:
-    """Return the requested legal moves (0 or 1) minus their probabilities for the blind agent, (E, 4).
+    """Return, for each move, whether it was requested (1 or 0) minus the blind agent's probability of it, (E, 4).
 
-    They are 0 for a decision that requests no legal move. A move into an occupied cell counts as legal, even if it is
-    not executed.
+    All four values are 0 for a decision that requests no legal move. A move into an occupied cell counts as legal, even
+    if it is not executed.
 
     Args:
         run: the run.
@@ -123,7 +123,7 @@ def _cells_table(side: int, horizon: int) -> FloatArray:
 
 
 def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
-    """Return the weighted sum of the probabilities of visits to some cells, by number of moves and start.
+    """Return a weighted sum over cells of the probability that the walker visits the cell, by moves and start.
 
     The weight of a cell is the number of its images under the symmetries of the square, divided by eight.
 

@@ -95,7 +95,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class _Told:
-    """The probabilities of one decision, its kind, and the right decision, if there is one."""
+    """The probabilities of one decision, the decision's kind, and the right answer, if there is one."""
 
     kind: str
     found: Certainty

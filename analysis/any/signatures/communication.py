@@ -73,5 +73,5 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _cells(run: AnyRun, step: IntArray, agent: IntArray) -> IntArray:
-    """Return a number for each pair of a step and an agent, different for different pairs, (n,)."""
+    """Return one number for each pair of step and agent, (n,); different pairs get different numbers."""
     return step * run.agents + agent

@@ -1,6 +1,6 @@
 """Outcome: the share of a model's replies that were readable.
 
-Read it with every other signature: after an unreadable reply the world chooses the agent's action.
+Read this signature with every other one: after an unreadable reply the world chooses the agent's action.
 """
 
 import numpy as np
@@ -49,7 +49,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def outcome_shares(outcomes: IntArray) -> dict[str, float]:
-    """Return the share of each outcome, and of readable replies; `outcomes` holds indices into OUTCOMES."""
+    """Return the share of replies with each outcome, and of readable replies; `outcomes` are indices into OUTCOMES."""
     counts = {name: int((outcomes == index).sum()) for index, name in enumerate(OUTCOMES)}
     readable = sum(counts[OUTCOMES[index]] for index in READABLE)
     shares = {str(name): ratio(count, outcomes.size) for name, count in counts.items()}

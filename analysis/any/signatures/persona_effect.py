@@ -31,7 +31,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Means:
-    """How far each agent's actions deviate from those of the others at the same moments, as mean over a run.
+    """How far each agent's actions deviate, on average over a run, from the other agents' actions at the same moments.
 
     Attributes:
         values: mean deviation in units of the standard deviation of decisions at a moment, (N, C); C columns for all
@@ -44,7 +44,7 @@ class Means:
 
 
 def means(found: Sequence[Decided], agents: int) -> Means:
-    """Return how far each of N agents deviates, over all kinds; a kind weighs by its number of decisions."""
+    """Return how far each of N agents deviates from the others; a kind with more decisions weighs more."""
     values, able, counts = [], [], []
     for one in map(scaled, found):
         whole = deviations(one, one.moment, agents)
@@ -67,7 +67,7 @@ def means(found: Sequence[Decided], agents: int) -> Means:
 
 
 def effect(of: Means, groups: Mapping[int, str]) -> Effect:
-    """Return how much the groups explain; `groups` is the group of each agent by id, without agents in no group.
+    """Return how much of the agents' deviations the groups explain; `groups` maps agent ids to groups.
 
     The agents' whole runs are shuffled, so dependence from step to step stays intact. Each agent is compared with the
     others at the same moments, so common behaviour cancels out.
@@ -86,7 +86,7 @@ def effect(of: Means, groups: Mapping[int, str]) -> Effect:
 
 @dataclass(frozen=True)
 class _Grouped:
-    """The agents of a class, sorted by group.
+    """The agents of one class (asked the same kinds of questions), sorted by group.
 
     Attributes:
         values: values of the agents minus the mean of the class, (n, C).
@@ -102,7 +102,7 @@ class _Grouped:
         return 1 < len(self.sizes) < len(self.values)
 
     def between(self, orders: IntArray) -> FloatArray:
-        """Return the sum of squares between groups in excess of shuffled groups, (r,), for r orders of the n agents.
+        """For r orders of the n agents, return how much more the groups explain than shuffled groups would, (r,).
 
         Let S be the sum of squares of n agents. Shuffled groups explain (G - 1) / (n - 1) of S on average. The excess
         is divided by the remaining share of S, so that groups that explain everything get S.

@@ -52,7 +52,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolArray) -> float:
-    """Return the expected number of equal pairs if the actions of each agent and kind came in random order.
+    """Return how many pairs would be equal on average if each agent's actions of a kind came in random order.
 
     Args:
         asked: number of the agent and kind of each decision, (K,).
@@ -76,12 +76,12 @@ def _has_action(run: AnyRun) -> BoolArray:
 
 
 def _actions(run: AnyRun) -> IntArray:
-    """Return a number for the action of each decision, the same for equal actions, (K,)."""
+    """Return one number for each decision's action, (K,); equal actions get equal numbers."""
     return _numbered(_codes(run.action), np.unique(run.number, return_inverse=True)[1])
 
 
 def _codes(values: TextArray) -> IntArray:
-    """Return a number for each text, the same for equal texts, (K,)."""
+    """Return one number for each text, (K,); equal texts get equal numbers."""
     known: dict[str | None, int] = {}
     return np.array([known.setdefault(one, len(known)) for one in values.tolist()], dtype=np.int64)
 

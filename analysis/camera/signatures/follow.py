@@ -36,7 +36,7 @@ def applies(run: CameraRun) -> bool:
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return how well the agent followed a described route.
+    """Return how well the agent followed the route that its instruction describes.
 
     `path_efficiency` measures arrival and directness; its shortest path is the described one. Its success,
     oracle_success, spl, soft_spl, ndtw and distance_to_goal (navigation error) are as in VLN-CE and Habitat.
@@ -58,7 +58,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def walked(path: FloatArray, ends: FloatArray) -> int:
-    """Return how many of the legs' ends (k, 2) a path (n, 2) of straight pieces came near to, one after another."""
+    """Return how many ends of legs, (k, 2), a path of straight pieces, (n, 2), came near to in their order."""
     for found, end in enumerate(ends):
         nearest = _nearest(path, end)
         near = np.flatnonzero(np.hypot(*(end - nearest).T) <= REACHED_M)
@@ -69,7 +69,7 @@ def walked(path: FloatArray, ends: FloatArray) -> int:
 
 
 def _nearest(path: FloatArray, point: FloatArray) -> FloatArray:
-    """Return the point nearest to a point (2,) on each straight piece of a path (n, 2); the path's end is a piece."""
+    """Return, for each straight piece of a path (n, 2), its nearest point to `point`; then the path's end."""
     ways = np.diff(path, axis=0, append=path[-1:])
     length = np.maximum((ways**2).sum(axis=1), 1e-12)
     along = np.clip(((point - path) * ways).sum(axis=1) / length, 0.0, 1.0)

@@ -40,7 +40,7 @@ def resampled(path: FloatArray, spacing: float) -> FloatArray:
 
 
 def ndtw(path: FloatArray, reference: FloatArray, threshold: float) -> float:
-    """Return normalised dynamic time warping, exp(-DTW / (|R| threshold)), 0..1 (1: the same path).
+    """Return normalised dynamic time warping (nDTW) of two paths, exp(-DTW / (|R| threshold)); 0..1, 1: the same path.
 
     Args:
         path: points of the actual path, (n, 2).
@@ -51,7 +51,7 @@ def ndtw(path: FloatArray, reference: FloatArray, threshold: float) -> float:
 
 
 def _dtw(first: FloatArray, second: FloatArray) -> float:
-    """Return the smallest sum of distances between aligned points of two paths, over all alignments that keep order."""
+    """Align the points of two paths in order, and return the smallest possible sum of distances of aligned points."""
     best = np.full(len(second), math.inf)
     for number, point in enumerate(first):
         costs = np.linalg.norm(second - point, axis=1)

@@ -48,11 +48,11 @@ MEASURES = {
 HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
 
 LABEL = "sight_claim"
-"""The label from which the measures are computed."""
+"""Name of the label that says whether a reply claims to see the target; most measures are computed from it."""
 UNLABELLED = ("false_stop",)
 
 VISIBLE_PX = 20
-"""Minimum number of pixels of a thing in view; with fewer pixels it is not recognisable."""
+"""A thing counts as in view if the image shows at least this number of its pixels."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
@@ -118,7 +118,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return the measures corrected by people's labels, by name, (1,).
+    """Return, by name, the measures that people's labels correct: one value each, (1,).
 
     Shares of replies are means of labels. Measures with claims in their denominator have no correction.
     """
@@ -166,7 +166,7 @@ def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
 
 
 def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
-    """Return the measures that are means of claims (n,), which are 0 or 1, or any numbers after a correction."""
+    """Return the measures that are means of claims (n,): 0 or 1 per reply, or any number after a correction."""
     true, claims, present = float(claimed[visible].sum()), float(claimed.sum()), int(visible.sum())
     absent = len(claimed) - present
     return {
@@ -180,7 +180,7 @@ def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
 
 
 def hallucination(mentioned: Sequence[set[str]], visible: Sequence[set[str]]) -> dict[str, float]:
-    """Return the measures of the kinds of things that each reply names, given the kinds that its image shows."""
+    """Return measures that compare the kinds of things that each reply claims to see with the kinds in its image."""
     false = [len(named - seen) for named, seen in zip(mentioned, visible, strict=True)]
     mentions, things = sum(map(len, mentioned)), sum(map(len, visible))
     true = mentions - sum(false)

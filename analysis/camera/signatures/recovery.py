@@ -13,7 +13,7 @@ from analysis.measure import Measure, share
 NAME = "recovery"
 
 HORIZON = 10
-"""Number of decisions that the restricted mean time to recovery covers, in runs of any length."""
+"""The restricted mean time to recovery counts at most this number of decisions, so that runs of any length compare."""
 
 MEASURES = {
     "wrong_rate": share(
@@ -31,7 +31,7 @@ HEADLINE = ("wrong_rate", "recovered", "rmst", "max_excess", "detour_cost")
 
 @dataclass(frozen=True)
 class Detour:
-    """A stretch of decisions that begins with a step away from the goal.
+    """A detour: decisions from a step away from the goal until the distance is as before, or until the run ends.
 
     Attributes:
         steps: decisions until the distance is back to its value before the detour, or until the end of the run.
@@ -94,12 +94,12 @@ def _known_distances(run: CameraRun) -> FloatArray:
 
 
 def wrong_steps(distances: FloatArray) -> BoolArray:
-    """Return, for each step, whether it leads away from the goal, (n - 1,), given distances by state, metres, (n,)."""
+    """Return whether each step leads away from the goal, (n - 1,); `distances` are by state, metres, (n,)."""
     return np.asarray(np.diff(distances) >= STILL_M)
 
 
 def find_detours(distances: FloatArray) -> list[Detour]:
-    """Return the detours in order, given the distances to the goal by state, metres, (n,)."""
+    """Return the detours in order; `distances` are the distances to the goal by state, metres, (n,)."""
     wrong, found, state = wrong_steps(distances), [], 0
     while state < len(wrong):
         if not wrong[state]:

@@ -19,7 +19,7 @@ HEADLINE = ("rate", "share", "left_bias")
 
 
 def measure(run: CameraRun) -> dict[str, float]:
-    """Return the requested turns of the body in a run; nothing ever blocks a turn.
+    """Return how much the agent asks to turn its body in a run; nothing ever blocks a turn.
 
     - rate: mean |turn| over all decisions, degrees; 0 up.
     - share: decisions with a turn / decisions; 0..1.

@@ -42,7 +42,7 @@ SAME_PLACE_M = 0.05
 """Maximum distance between two positions of the foot that count as one place, metres."""
 
 SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
-"""Largest difference of two views that count as equal, and smallest one of views that count as different, degrees."""
+"""Two views up to SAME_VIEW_DEG apart count as equal, and from OTHER_VIEW_DEG on as different, degrees."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:
@@ -108,14 +108,14 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 
 
 def _mean_by(key: IntArray, values: FloatArray) -> float:
-    """Return the mean of groups' means; values (n,) with the same key (n,) are a group. NaN without values."""
+    """Return the mean over groups of each group's mean, NaN without values; values with one key are a group."""
     counts = np.bincount(key)
     kept = counts > 0
     return mean(np.bincount(key, weights=values)[kept] / counts[kept])
 
 
 def _shares_to_come(kind: IntArray) -> FloatArray:
-    """Return, for each decision, the share of each kind among it and all later ones, (n, kinds), given kinds (n,).
+    """Return, for each decision, the share of each kind from this decision to the last one, (n, kinds).
 
     The path until a decision determines its pairs with earlier ones. So if a blind agent's decisions come in random
     order, this share is the chance that the second decision of a pair has the kind of the first.

@@ -1,1 +1,1 @@
-"""Draws plots of runs of 2D worlds from computed content."""
+"""Draws plots of runs of 2D worlds; other modules compute what the plots show."""

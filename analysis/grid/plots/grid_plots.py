@@ -109,7 +109,7 @@ class SurvivalCurve:
 
 
 def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes:
-    """Draw a falling line per group, with a band for the interval over runs; `label` names the vertical axis."""
+    """Draw one curve per group, which falls over the steps, with a band for its interval over runs."""
     for curve in curves:
         steps = np.arange(len(curve.remaining))
         look = style.line(curve.shown.index, baseline=curve.shown.baseline)

@@ -96,7 +96,7 @@ def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
 
 
 def map_titles(labels: Sequence[str]) -> int:
-    """Return the maximum number of lines in a map's title."""
+    """Return the number of lines of the longest title among the maps."""
     return max(wrapped(label, MAP_TITLE_WIDTH).count("\n") + 1 for label in labels)
 
 

@@ -1,6 +1,6 @@
 """Clustering: how close together agents are, and which agents can hear each other.
 
-State 0, the start, never counts, because the seed draws it.
+State 0, the start, never counts, because the seed draws the start.
 """
 
 import math
@@ -43,7 +43,7 @@ class Closeness:
 
 @dataclass(frozen=True)
 class Placements:
-    """Measures of how close agents are that are placed at random, over DRAWS placements.
+    """How close to each other agents are on average in DRAWS random placements.
 
     Attributes:
         nearest: mean distance to the nearest other agent, over agents and placements, cells.
@@ -93,7 +93,7 @@ def besag(ripley: FloatArray, radius: float) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def random_placements(agents: int, side: int, radius: float) -> Placements:
-    """Return how close agents are if each is placed in a random cell; several agents may share a cell."""
+    """Return how close to each other agents are in random cells; several agents may share a cell."""
     rng = seeding.stream(_SEED, "random placements")
     x, y = rng.integers(side, size=(2, DRAWS, agents))
     found = closeness(x, y, side, radius)

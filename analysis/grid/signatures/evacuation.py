@@ -42,10 +42,10 @@ def start_distances(run: GridRun) -> IntArray:
 
 
 def soonest(run: GridRun) -> FloatArray:
-    """Return the first step after which 1, 2, ..., N of the initial agents can be out, (N,); inf where impossible.
+    """Return, for n = 1..N, the earliest step after which n of the initial agents can be out, (N,); inf if never.
 
-    It is a lower bound for every policy. In each step an exit lets out at most its capacity, and nobody arrives before
-    the shortest path allows. Crowds, fires and ignorance of the way can only delay agents.
+    The result is a lower bound for every policy. In each step an exit lets out at most its capacity, and nobody arrives
+    before the shortest path allows. Crowds, fires and ignorance of the way can only delay agents.
     """
     distances = start_distances(run)[:, : run.world.agents].T
     far = np.where(distances == NO_WAY, FAR, distances).tolist()
@@ -143,7 +143,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
-    """Return the times until enough agents are out, and their lower bounds; `left_at` holds ascending steps, (n,)."""
+    """Return the steps until 90 % and 50 % of the agents are out, with lower bounds; `left_at` is ascending, (n,)."""
     soon, found = soonest(run), dict[str, float]()
     for share_out, suffix in ((0.9, ""), (0.5, "_50")):
         leaving = math.ceil(share_out * run.world.agents - 1e-9)
@@ -182,7 +182,7 @@ def _same(taken: IntArray) -> float:
 
 
 def _least_crowded(run: GridRun, who: IntArray, taken: IntArray, steps: IntArray) -> FloatArray:
-    """Return 1 for each agent that got out by an exit that was among the least crowded halfway, or else 0, (n,)."""
+    """Return 1 for each agent that left by an exit with the smallest crowd halfway through its time, else 0, (n,)."""
     half = run.world.half_size
     states = steps // 2
     at = np.array([_crowd(run, state) for state in range(int(states.max(initial=0)) + 1)])

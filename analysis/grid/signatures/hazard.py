@@ -1,7 +1,7 @@
 """Hazard sensitivity: whether agents move away from a perceived fire, and how soon.
 
-A decision is exposed if the agent perceives a fire before it. Distances to fires are Euclidean. A step leads away if
-the distance to the nearest perceived fire grows. Every move on the grid changes the distance to a fire.
+A decision is exposed if the agent perceives a fire before the decision. Distances to fires are Euclidean. A step leads
+away if the distance to the nearest perceived fire grows. Every move on the grid changes the distance to a fire.
 """
 
 import math
@@ -128,12 +128,12 @@ HEADLINE = (
 )
 
 FEWEST_CHOICES = 30
-"""Minimum number of moves for an estimate of step selection; a rule of thumb."""
+"""The coefficients beta_fire, beta_place and beta_agent need at least this number of moves, by a rule of thumb."""
 
 
 @dataclass(frozen=True)
 class _Exposed:
-    """The exposed, counted decisions sorted by step and agent, (E,) each.
+    """The E counted decisions before which an agent perceived a fire, by step, then agent; arrays are (E,).
 
     Attributes:
         step: 0-based step.
@@ -151,7 +151,7 @@ class _Exposed:
 
 @dataclass(frozen=True)
 class _Options:
-    """The moves up, down, left and right at the exposed decisions, (E, 4) each.
+    """The four moves up, down, left and right that each of E exposed decisions could choose, (E, 4) each.
 
     Attributes:
         x: column after the move.
@@ -166,14 +166,14 @@ class _Options:
 
     @property
     def walker_away(self) -> FloatArray:
-        """Share of the legal moves that lead away from the fire, (E,); NaN without a legal move."""
+        """Of the legal moves, the share that lead away from the fire, (E,); NaN without a legal move."""
         count = self.legal.sum(axis=1)
         away = ((self.change > 0) & self.legal).sum(axis=1)
         return np.asarray(np.divide(away, count, out=np.full(len(count), np.nan), where=count > 0))
 
 
 def applies(run: GridRun) -> bool:
-    """Return whether no fire spreads, because the distance to a spreading fire is unknown."""
+    """Return true if no fire of the world spreads: the distance to a spreading fire is not recorded."""
     return not run.world.spreads
 
 
@@ -256,7 +256,7 @@ def _measures(run: GridRun, exposed: _Exposed, options: _Options) -> dict[str, f
 
 
 def _beyond(run: GridRun) -> dict[str, float]:
-    """Return the differences from moved fires if the world draws positions, or else from the blind agent."""
+    """Return what agents do more than the null: moved fires if the world draws positions, else the blind agent."""
     null, found = (
         ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
     )
@@ -264,7 +264,7 @@ def _beyond(run: GridRun) -> dict[str, float]:
 
 
 def _beyond_blind(run: GridRun) -> FloatArray:
-    """Return away_beyond_blind and distance_beyond_blind, (2,)."""
+    """Return the values of away_beyond_blind and distance_beyond_blind, (2,)."""
     exposed = _exposed(run)
     options = _options(run, exposed)
     more = beyond_blind(run, run.choice[exposed.step, exposed.agent], options.legal)
@@ -282,7 +282,7 @@ def _exposed(run: GridRun) -> _Exposed:
 
 
 def _near_perceived(run: GridRun, seen: BoolArray, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the distance from each cell to the nearest seen fire, (E,) or (E, k) as x and y; seen is (E, F)."""
+    """Return the distance from each cell to the nearest fire that is `seen`, (E, F); same shape as x and y."""
     masks = seen if x.ndim == 1 else seen[:, None]
     return np.asarray(np.where(masks, to_fires(run.world, x, y), np.inf).min(axis=-1, initial=np.inf))
 
@@ -296,7 +296,7 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def _contrast(total: int, away: int, control: float) -> dict[str, float]:
-    """Return the measures of steps away against controls.
+    """Compare how often steps led away at exposed decisions and at similar decisions before the fire (controls).
 
     Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So the
     logarithms are defined for all counts, and their bias is of second order. The mean of plain ratios would be above 1
@@ -342,7 +342,7 @@ def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
 
 
 def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArray) -> dict[str, float]:
-    """Return the estimates of step selection; `rows` are the indices of the exposed decisions that request a move."""
+    """Return the coefficients of the choice of a move; `rows` are the exposed decisions that request a move."""
     names = ("beta_fire", "beta_place", "beta_agent")
     if len(rows) < FEWEST_CHOICES:
         return {**dict.fromkeys(names, math.nan), "n_choices": float(len(rows))}

@@ -60,7 +60,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _contexts(run: GridRun) -> dict[str, BoolArray]:
-    """Return which counted decisions are in each context, (T, N) each."""
+    """Return, for each context such as a crowded place, whether each decision counts and was made in it, (T, N)."""
     place = run.place[:-1]
     crowded = np.zeros(place.shape, dtype=np.bool_)
     for index, one in enumerate(run.world.places):
@@ -74,7 +74,7 @@ def _contexts(run: GridRun) -> dict[str, BoolArray]:
 
 
 def _shares(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[str, float]:
-    """Return the share of each kind of immobility; all arguments are (n,), for n counted decisions."""
+    """Return the share of decisions that stayed by choice, were blocked, and so on; all arguments are (n,)."""
     decisions = stay.size
     return {
         "chosen": ratio(int((stay & readable).sum()), decisions),

@@ -159,7 +159,7 @@ def _alignment(counts: IntArray) -> float:
 
 
 def _sum(counts: IntArray) -> list[int]:
-    """Return the sum (right, up) of all moves as unit vectors; counts holds the moves up, down, left, right (4,)."""
+    """Return how far all moves lead to the right and up in sum; `counts` are the moves up, down, left, right (4,)."""
     sums: list[int] = (counts[:, None] * HEADINGS[STAY + 1 :]).sum(axis=0).tolist()
     return sums
 
@@ -187,7 +187,7 @@ def _drifts(run: GridRun) -> dict[str, float]:
 
 
 def _place_drift(run: GridRun, drift: Callable[[GridRun], float]) -> dict[str, float]:
-    """Return the difference from moved places if the world draws positions, or else from the blind agent."""
+    """Return the drift to places beyond that to moved places, or, with fixed positions, the blind agent's."""
     if run.world.draw_positions:
         return {"drift_place_beyond_moved": float(beyond_moved(run, lambda moved: np.array([drift(moved)]))[0])}
     return {"drift_place_beyond_blind": drift(run)}

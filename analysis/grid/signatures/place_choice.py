@@ -1,7 +1,7 @@
 """Place choice: where agents spend their time, and whether they crowd.
 
-Only states 1 to T count, because the seed draws state 0, the start. Agents are told the capacities, but the world does
-not enforce them.
+State 0, the start, does not count, because the seed draws the start. Agents are told the capacity of each place, but a
+place admits more agents than its capacity.
 """
 
 import math
@@ -113,7 +113,7 @@ def _crowding(run: GridRun) -> dict[str, float]:
 
 
 def attendance_measures(present: IntArray, capacity: int, agents: int, weights: IntArray) -> dict[str, float]:
-    """Return overcrowding, utilisation and volatility of a place; `present` is its number of agents by state, (T,)."""
+    """Return overcrowding, utilisation and volatility of a place; `present` is the number of agents there, (T,)."""
     used = np.minimum(present, capacity) / capacity if capacity else np.full(len(present), math.nan)
     return {
         "overcrowding": weighted_mean(present > capacity, weights),

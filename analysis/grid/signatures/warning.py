@@ -1,7 +1,7 @@
 """Warnings: how far news of a fire travels by messages.
 
-A labeller decides which messages are warnings: the rule of `warning_rule`, or the labels of `analysis.labelling`.
-`grid.cascade` says what happens first within a step.
+A labeller decides which messages are warnings: the rule in `warning_rule`, or a model (`foundry label`). The module
+`grid.cascade` says in which order agents perceive, speak and hear within a step.
 """
 
 import math
@@ -66,17 +66,17 @@ COPIED = (
     "informed_fraction", "social_reach", "traced_reach", "normalised_reach", "reproduction", "depth", "trees",
     "virality", "rmst", "false_alarm_rate",
 )  # fmt: skip
-"""The measures that are corrected by copies of a run with other labels."""
+"""Measures that are corrected on copies of a run, in which messages that nobody labelled get random labels."""
 
 RELAY_WITHIN = 5
-"""A warning counts as a relay up to this number of steps after the agent was told."""
+"""An agent relays a warning if it warns others at most this number of steps after it was told."""
 
 SHUFFLES = 100
 """Number of random shifts of the labels for `relay_above_chance`."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the warning propagation of a run.
+    """Return how far warnings of a fire travel among the agents of a run.
 
     An agent is *told* if it receives a warning before the step of its first perception of a fire, or if it never
     perceives one. It is *direct* if it perceives a fire and is not told. It is *informed* if it is told or direct.
@@ -135,11 +135,12 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return the measures corrected by people's labels, by name: one value, (1,), or a value per copy, (COPIES,).
+    """Return, by name, the measures that people's labels correct: one value, (1,), or one per copy, (COPIES,).
 
     The share of warnings is a mean of labels and is corrected directly. Measures of chains and false alarms are
-    computed on copies of the run with other labels. Relaying has no correction: a copy draws each label independently,
-    which would hide part of any difference in relaying (`benchmarks/label_correction.py`).
+    computed on copies of the run, in which messages that nobody labelled get random labels. Relaying has no correction:
+    a copy draws each label independently, which would hide part of any difference in relaying
+    (`benchmarks/label_correction.py`).
     """
     said, reachable = run.spoke & run.message_counted, _reachable(run)
     by_copy: list[dict[str, float]] = []
@@ -154,7 +155,7 @@ def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
 
 
 def corrected_share(run: GridRun, correction: Correction) -> float:
-    """Return the share of warnings corrected by people's labels, 0..1; NaN without messages."""
+    """Return the share of warnings, corrected by people's labels; NaN without messages."""
     said = run.spoke & run.message_counted
     warned, _ = find_labels(run)
     truth, weight = np.full(said.shape, math.nan), np.ones(said.shape)
@@ -166,7 +167,7 @@ def corrected_share(run: GridRun, correction: Correction) -> float:
 
 
 def labels_of_copies(run: GridRun, correction: Correction) -> BoolArray:
-    """Return which of the M messages that count are warnings in each copy of the run, (COPIES, M)."""
+    """Return, for each copy of the run, which of the M counted messages are warnings, (COPIES, M)."""
     said = run.spoke & run.message_counted
     aware = knows_of_a_fire(run, correction.label)
     messages = list(zip(run.said[said].tolist(), aware[said].tolist(), strict=True))
@@ -177,7 +178,7 @@ def labels_of_copies(run: GridRun, correction: Correction) -> BoolArray:
 
 
 def knows_of_a_fire(run: GridRun, label: Label) -> BoolArray:
-    """Return whether each agent knows of a fire when it speaks, according to the label's rule, (T, N)."""
+    """Return whether each agent knows of a fire when it speaks: it saw one, or heard of one by the rule, (T, N)."""
     sighted = ((step + 1, agent) for step, agent in np.argwhere(run.perceived).tolist())
     heard = ((step, recipient, run.said[step - 1, sender]) for step, sender, recipient in run.deliveries.tolist())
     aware_from = np.full(run.agents, NEVER)
@@ -205,7 +206,7 @@ def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
 
 
 def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Return the step of the first warning to each agent or its censoring, and whether the warning came, (N,) each.
+    """Return the step of each agent's first warning, or of its censoring, and whether a warning came, (N,) each.
 
     An agent that perceives a fire at step d before any warning is censored at d - 1. An agent without fire and warning
     is censored at its last step. `warned` is (T, N), as from `find_labels`.
@@ -225,7 +226,7 @@ def deliveries_of(run: GridRun, warned: BoolArray) -> IntArray:
 
 
 def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
-    """Return the measures for given warnings; `labelled` marks the messages in the denominators, (T, N)."""
+    """Return the measures if `warned` are the warnings; `labelled` marks the messages in denominators, (T, N)."""
     perceived_at = first_step(run.perceived)
     relays = _relays(run, warned, perceived_at)
     if not (perceived_at < NEVER).any():
@@ -234,13 +235,13 @@ def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, 
 
 
 def _reachable(run: GridRun) -> BoolArray:
-    """Return which agents would be told if all agents always passed news on, (N,)."""
+    """Return which agents would hear of a fire before they see one if all agents always passed news on, (N,)."""
     perceived_at = first_step(run.perceived)
     return spread(perceived_at, run.contacts) < perceived_at
 
 
 def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: BoolArray) -> dict[str, float]:
-    """Return all measures except those of relaying; the arguments are as in `_measure` and `_reachable`."""
+    """Return all measures except the relay measures; the arguments are as in `_measure` and `_reachable`."""
     perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
     traced = spread(perceived_at, heard) < perceived_at
@@ -280,7 +281,7 @@ def _reach(
 
 
 def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
-    """Return the number of reached agents divided by the number of agents that did not perceive a fire first."""
+    """Return reached agents / agents that did not perceive a fire before any news reached them."""
     first_hand = (perceived_at < NEVER) & ~reached
     return ratio(int(reached.sum()), int((~first_hand).sum()))
 
@@ -292,7 +293,7 @@ def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArr
 
 
 def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
-    """Return the measures of relaying: for the actual labels, and compared with shifted labels."""
+    """Return how often warnings are relayed: with the actual labels, and minus the mean over shifted labels."""
     said = run.spoke & run.message_counted
     step, agent = np.nonzero(said)
     periods = 2 * agent + (step + 1 >= perceived_at[agent])
@@ -307,7 +308,7 @@ def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str
 
 
 def relays_of(run: GridRun, labels: BoolArray) -> Relays:
-    """Return how many agents passed warnings on, for S labellings of the M messages that count, (S, M)."""
+    """Return how many agents passed warnings on; `labels` are S labellings of the M counted messages, (S, M)."""
     said = run.spoke & run.message_counted
     warned = np.zeros((len(labels), *said.shape), dtype=np.bool_)
     warned[:, said] = labels
@@ -316,7 +317,7 @@ def relays_of(run: GridRun, labels: BoolArray) -> Relays:
 
 
 def _with_shifts(labels: BoolArray, periods: IntArray) -> BoolArray:
-    """Return the labels of M messages, then SHUFFLES shifts of them, always the same, (1 + SHUFFLES, M).
+    """Return the labels of M messages, then SHUFFLES shifts of these labels in time, (1 + SHUFFLES, M).
 
     Args:
         labels: labels of the messages by step, then agent, (M,).
@@ -332,7 +333,7 @@ def _with_shifts(labels: BoolArray, periods: IntArray) -> BoolArray:
 
 
 def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
-    """Return the step at which each agent first hears a warning (NEVER without one), for S labellings, (S, N).
+    """For S labellings, return the step at which each agent first hears a warning, or NEVER, (S, N).
 
     Args:
         run: the run.
