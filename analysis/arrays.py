@@ -24,7 +24,7 @@ STAY = 0
 
 
 class Decisions:
-    """The readable decisions of a run; base of the dataclasses of runs.
+    """Base of the classes of runs: says which decisions are readable and which of them measures count.
 
     Attributes:
         outcome: outcome of each call, an index into OUTCOMES.

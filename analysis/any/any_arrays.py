@@ -106,7 +106,7 @@ def _refused(declared: Actions, action: Action) -> str:
     low, high = declared.low, declared.high
     is_in = (low is None or action >= low) and (high is None or action <= high)
     ends = ("any" if bound is None else f"{bound:g}" for bound in (low, high))
-    return "" if is_in else f"it must be within {'..'.join(ends)}"
+    return "" if is_in else f"the number must be within {'..'.join(ends)}"
 
 
 def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
@@ -114,7 +114,7 @@ def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
     try:
         rows = np.array([(line.step, line.sender, line.recipient) for line in messages], dtype=np.int64)
     except OverflowError as error:
-        raise RecordError(f"{folder.path / MESSAGES} holds a step that is too large: {error}") from error
+        raise RecordError(f"{folder.path / MESSAGES} holds a step that does not fit into 64 bits: {error}") from error
     return rows.reshape(-1, 3)
 
 

@@ -1,11 +1,11 @@
 """How far each agent's decisions deviate from the other agents' decisions at the same moment.
 
-Shapes: N agents; C columns of values, as in `analysis.any.decided`.
+Shapes: N agents; C columns of values, one per label, or one for numbers (`analysis.any.decided`).
 
 Behaviour that all agents share cancels out. Lasting differences between agents are compared with the differences of
-shuffled agents. A shuffled agent joins the first third of one agent with the last third of another. Within a third, the
-order of decisions stays as it was, so a decision may depend on earlier ones. The middle third of the run is not used,
-so the two thirds are far apart.
+shuffled agents. A shuffled agent consists of one agent's first third of the run and another agent's last third. Within
+a third, the order of decisions stays as it was, so a decision may depend on earlier ones. The middle third of the run
+is not used, so the two thirds are far apart.
 """
 
 import math
@@ -131,7 +131,7 @@ class Lasting:
 
 @dataclass(frozen=True)
 class _Kind:
-    """How far each agent deviates in its decisions of one kind, in the first and in the last third of the run.
+    """How far each agent deviates from the others in one kind of decision, in the first and last third of the run.
 
     Attributes:
         first: deviation in the first third, in units of its standard deviation by chance, (N, C); 0 for an agent that

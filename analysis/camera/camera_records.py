@@ -43,7 +43,7 @@ class CameraRecords:
         return [{**flat(step), **further} for step, further in zip(self.steps, own, strict=True)]
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return these columns of the decisions, by name."""
+        """Return some columns of the decisions, by name."""
         rows = self.rows()
         return {name: [row[name] for row in rows] for name in names}
 

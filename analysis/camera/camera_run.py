@@ -1,6 +1,6 @@
 """One recorded run of a 3D world as arrays, from which all signatures of such runs are computed.
 
-One agent makes T decisions. State 0 is the start, which the world draws; state t follows decision t.
+One agent makes T decisions. State 0 is the start, which the world draws. State t is the state after decision t.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,8 @@
 """A rule that finds claims to see the target in a reply by their words; it is the same for every model.
 
-The text is split into sentences, and each sentence into clauses, at commas and conjunctions. The cues of `sight_words`
-in the clause that mentions the target decide:
+The text is split into sentences, and each sentence into clauses, at commas and conjunctions. Cues are words such as
+"see" or "not", from `sight_words`. The cues in the clause that mentions the target decide whether it is a claim to see
+the target:
 
 1. If the last cue before the mention, or the first cue behind the mention, is a denial or a doubt, there is no claim.
 2. If the clause says behind the mention where the target is ("is on the left", "is in view"), the clause is a claim.
@@ -12,8 +13,8 @@ in the clause that mentions the target decide:
 4. Sometimes the clause has no cue, at most three words before the mention, and no word behind it. Then the cue of the
    clause before decides ("I see a hatch, a rack and the JAXA logo").
 
-A reply claims to see the target if at least one of its clauses does. Questions and thoughts between `<think>` tags
-claim nothing. Knowledge of a place ("I know where the JAXA logo is") is not a claim.
+A reply claims to see the target if at least one of its clauses does. A question, or a thought between `<think>` tags,
+is never a claim. To know where the target is ("I know where the JAXA logo is") is no claim to see it.
 
 A mention is the whole name of the target, also in another order ("the logo of JAXA"). The other words of the name may
 be at most 14 characters away from its last words, and synonyms of the last words count. The last word of the name after
@@ -147,7 +148,7 @@ def _clauses(sentence: str) -> tuple[str, ...]:
 
 
 def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
-    """Return whether a clause claims to see the thing that it mentions.
+    """Return whether a clause claims to see the thing that the clause mentions.
 
     Args:
         parts: the texts before, between and behind the mentions.

@@ -46,7 +46,7 @@ To find the kind of a labelled thing, foundry looks up the last words of its lab
 """
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
-"""Things whose names mean other things too ("it is safe to go"); they count only if a scene has such a thing."""
+"""Things whose names have other meanings too ("it is safe"). They count only if a scene has such a thing."""
 
 THE_TARGET = "(?:the|my|our) (?:target|goal object|target object)|ターゲット|目標物?|対象物?"
 """Expressions that mean the target of any walk."""

@@ -21,7 +21,7 @@ MOST = 5
 
 
 class FarRun(msgspec.Struct, frozen=True):
-    """A run that is far from the mean of its group in one measure.
+    """A run whose value of one measure is far from the mean of the run's group.
 
     Attributes:
         measure: name of the measure, such as `exploration.coverage`.

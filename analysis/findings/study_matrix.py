@@ -57,7 +57,7 @@ class MatrixColumn(msgspec.Struct, frozen=True):
 
 
 class MatrixRow(msgspec.Struct, frozen=True):
-    """A row of the matrix.
+    """A row of the matrix: one model with its settings.
 
     Attributes:
         groups: groups in the row, one per world.
@@ -137,7 +137,7 @@ def _caption(*, several: bool, bars: bool) -> str:
 
 
 def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
-    """Return what identifies each group's row: its settings, without its world and a prompt that depends on it."""
+    """Return a key of each group's row: the group's settings without the world, and without a prompt of this world."""
     known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
     pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
     with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}

@@ -22,7 +22,7 @@ FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
 """The further actions of an agent in a world with energy."""
 
 NO_EXIT = -1
-"""Stands for the index of an exit in a step in which the agent does not leave."""
+"""Stands for the index of an exit where an agent does not leave the world."""
 
 HEADINGS: IntArray = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)], dtype=np.int64)
 """Change of (x, y) by each action in CHOICES, (5, 2)."""
@@ -225,7 +225,7 @@ class GridRun(Decisions):
 
     @cached_property
     def message_readable(self) -> BoolArray:
-        """True if the reply to the message question was readable (chosen or repaired), (T, N); silence is readable."""
+        """True if the reply to the question for a message was readable, (T, N); a reply to stay silent is readable."""
         return np.isin(self.message_outcome, READABLE)
 
     @cached_property

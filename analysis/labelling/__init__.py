@@ -1,10 +1,11 @@
 """Labels of warnings: a rule or a model decides which messages are warnings, and labels by people correct the result.
 
-The rule is `warning_rule`. A model's labels come from `foundry label` in a sweep's folder. The labels of the rule and
-of the model are compared with the labels in `hand_labelled.jsonl`. These texts were labelled one by one with the
-question of the label `warning`. Only the held-out texts count for accuracy: they were written independently of the
-rule, and nobody looked at them to change the rule. `TEXTS_BY` says who wrote and labelled the texts. Agreement with the
-other texts says little about new texts, above all agreement with the texts that were used to tune the rule.
+The rule is in the module `warning_rule`. A model's labels are written by `foundry label` into a sweep's folder. The
+labels of the rule and of the model are compared with the labels in `hand_labelled.jsonl`. These texts were labelled one
+by one with the question of the label `warning`. Only the held-out texts count for accuracy: they were written
+independently of the rule, and nobody looked at them to change the rule. `TEXTS_BY` says who wrote and labelled the
+texts. Agreement with the other texts says little about new texts, above all agreement with the texts that were used to
+tune the rule.
 """
 
 import hashlib
@@ -33,7 +34,7 @@ BUILT_IN = (WARNING, SIGHT_CLAIM)
 """Labels from which shipped signatures compute their measures; every other label is a signature of its own."""
 
 FIRES = ("fire1", "fire2", "east_fire")
-"""Names of fires in the hand-labelled texts."""
+"""Names of the fires of the worlds to which the hand-labelled texts refer."""
 
 TEXTS_BY = (
     "these values are upper bounds, because one language model wrote and labelled these texts in the styles of many "

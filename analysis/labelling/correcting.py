@@ -7,10 +7,10 @@ number that people labelled. This is the difference estimator; whatever errors t
 (Särndal, Swensson and Wretman 1992). The corrected mean is one value per run, so models can be compared in pairs of
 seeds as for other measures.
 
-Measures that are not means are computed on COPIES copies of a run, in which each text without a label by people gets a
-random one. The probability of the drawn label depends on the text's model, on its stratum, and on whether its agent
+Measures that are not means are computed on COPIES copies of a run. In each copy, every text that nobody labelled gets a
+random label. The probability of the drawn label depends on the text's model, on its stratum, and on whether its agent
 knew of a fire. If it ignored what the agent knew, chains of warnings would begin with agents that know of no fire. This
-is multiple imputation; `analysis.stats.imputed` combines the copies.
+method is multiple imputation; `analysis.stats.imputed` combines the values of the copies into one.
 """
 
 import hashlib

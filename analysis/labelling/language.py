@@ -3,8 +3,8 @@
 The script of most letters in the text decides first. A text in Chinese characters and kana is Japanese if it has
 hiragana. Without hiragana, such a text is Japanese unless it has a Chinese word or character that Japanese does not
 use. A text in Latin letters is English if enough of its words are common English words. A text in any other script is
-neither English nor Japanese. Names with digits, and words that many languages share, are ignored. A text that has only
-such words, or no letters, counts as English or Japanese.
+neither English nor Japanese. The test for English ignores names with digits, and words that many languages share. A
+text that has only such words, or no letters, counts as English or Japanese.
 """
 
 import re

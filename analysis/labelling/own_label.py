@@ -32,7 +32,7 @@ class OwnLabel:
 
     @property
     def version(self) -> str:
-        """A text that changes whenever any label may change."""
+        """A hash that changes whenever a label of a text may change."""
         content = msgspec.json.encode((self.label, sorted((self.judged or {}).items())))
         corrected = self.correction.version if self.correction else ""
         return hashlib.sha256(content).hexdigest()[:16] + corrected

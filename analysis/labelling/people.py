@@ -30,7 +30,7 @@ LabelsByItem = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Kappa:
-    """Agreement beyond chance with its interval.
+    """How well labellers agree beyond chance, with an interval.
 
     Attributes:
         kappa: Cohen's kappa of two labellers or Krippendorff's alpha of several, -1..1, or NaN.

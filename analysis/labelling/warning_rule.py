@@ -3,7 +3,7 @@
 A text that is neither English nor Japanese gets no label; the module `language` decides this.
 
 A text is a warning if one of its clauses mentions a fire and nothing cancels the mention. A mention is the name of a
-configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions in which such a
+fire of the world, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions in which such a
 word means something else do not count ("fire drill", "smoke-free"). A word for danger ("danger", "unsafe") also counts
 as a mention if its sentence names a position such as (3, 4), or if the text calls others to get away. The text is split
 into sentences, and sentences into clauses, at commas and conjunctions. A mention of a fire is cancelled by any of these

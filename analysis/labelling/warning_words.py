@@ -1,7 +1,7 @@
 """The English and Japanese words that `warning_rule` looks for.
 
-Every pattern is a list of alternatives. English patterns match only whole words. Japanese patterns match anywhere in a
-text; their names end in `JAPANESE`. All words are in lower case.
+Every pattern is a regular expression: a list of alternatives. English patterns match only whole words. Japanese
+patterns match anywhere in a text; their names end in `JAPANESE`. All words are in lower case.
 """
 
 FIRE = (

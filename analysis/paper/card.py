@@ -110,7 +110,7 @@ class _Measured:
 
     @property
     def models(self) -> dict[Group, str]:
-        """The model of each group."""
+        """For each group of runs, the name of its model."""
         return {group: str(run.keys["model"]) for group, run in self.first.items()}
 
 

@@ -9,7 +9,7 @@ from analysis.prose import text_width
 from analysis.tables.texts import rounded
 
 LONGEST_NAME = 16
-"""Maximum number of letters of a name; a longer name loses its middle."""
+"""Maximum number of characters of a name in the table; `…` replaces the middle of a longer name."""
 _SPACE = "  "
 
 

@@ -136,7 +136,7 @@ def _different(row: Row, sides: Sides) -> str:
 def compared_words(
     row: Row, level: str, others: str, *, higher: bool, sides: Sides, contexts: Mapping[str, str] | None = None
 ) -> str:
-    """Return a statement such as `herd stays where it is more often than random`."""
+    """Return the difference of a row in words, such as `herd stays where it is more often than random`."""
     context = (contexts or {}).get(str(row["context"]), str(row["context"]))
     within = f" ({context})" if context else ""
     doing = sides.describe(row).phrase(higher)
@@ -264,4 +264,4 @@ def _unread(row: Row, sides: Sides) -> Iterator[str]:
         held = twin["low"] > 0 if row["difference"] > 0 else twin["high"] < 0
         if not held:
             difference = with_interval(twin["difference"], twin["low"], twin["high"])
-            yield f"over readable decisions only, the difference is {difference}"
+            yield f"if only readable decisions count, the difference is {difference}"

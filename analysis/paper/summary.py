@@ -27,7 +27,7 @@ def summary(
     doubts: Mapping[str, str] | None = None,
     sides: Sides | None = None,
 ) -> tuple[str, ...]:
-    """Return the findings, one sentence each, after the reasons for doubts about signatures and the filter."""
+    """Return sentences: doubts about signatures, then the filter of the runs, then one sentence for each finding."""
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
     lead += [f"These findings are based on only a part of the runs: {filtered}."] if filtered else []
     known = Sides.of(contrasts, compared, {}) if sides is None else sides
@@ -37,7 +37,7 @@ def summary(
 def summary_of(
     contrasts: pd.DataFrame, sides: Sides, alone: str, lead: Sequence[str], *, planned: bool
 ) -> tuple[str, ...]:
-    """Return the findings, one sentence each, after the leading sentences."""
+    """Return the sentences `lead`, then one sentence for each finding."""
     rows = contrasts[contrasts["headline"].astype(bool)]
     if rows.empty:
         return (*lead, alone)
@@ -56,7 +56,7 @@ def _alone(compared: Comparison) -> str:
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
-    """Return a sentence per finding, then per other row; if they are too many, the last one counts the rest."""
+    """Return one sentence per finding, then per other row; the last one counts the sentences that have no room."""
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
     different = [finding for finding in findings(every) if finding.differs]

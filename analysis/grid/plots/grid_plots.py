@@ -104,7 +104,7 @@ class SurvivalCurve:
 
     @property
     def label(self) -> str:
-        """Name of the curve in the legend, split into lines."""
+        """Name of the curve in the legend, with line breaks."""
         return wrapped(f"{self.shown.label} (n={self.runs})", 40)
 
 

@@ -1,7 +1,8 @@
 """Hazard sensitivity: whether agents move away from a perceived fire, and how soon.
 
-A decision is exposed if the agent perceives a fire before the decision. Distances to fires are Euclidean. A step leads
-away if the distance to the nearest perceived fire grows. Every move on the grid changes the distance to a fire.
+A decision is exposed if the agent perceives a fire before the decision. Distances to fires are straight lines
+(Euclidean). A step leads away if the distance to the nearest perceived fire grows. Every move on the grid makes the
+distance to a fire larger or smaller.
 """
 
 import math
@@ -46,7 +47,7 @@ def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray)
 
 
 def _newton(relative: FloatArray, offered: BoolArray) -> FloatArray:
-    """Return the estimates, (c,); `relative` holds the covariates minus those of the chosen option, (n, k, c)."""
+    """Return the estimates, (c,); `relative` holds the covariates minus the chosen option's, (n, k, c)."""
     covariates = relative.shape[2]
     beta, failed = np.zeros(covariates), np.full(covariates, np.nan)
     for _ in range(_ROUNDS):

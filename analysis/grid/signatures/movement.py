@@ -1,4 +1,4 @@
-"""Movement: the directions of agents' moves, and the objects that agents approach."""
+"""Movement: in which directions agents move, and whether they approach places, other agents and fires."""
 
 import math
 from collections.abc import Callable

@@ -68,7 +68,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def find_trips(run: GridRun) -> tuple[list[Trip], int]:
-    """Return the trips of all agents, and the number of returns."""
+    """Return the trips of all agents, and how often an agent came back to the place that it had left."""
     trips, returns, half = [], 0, run.world.half_size
     for agent in range(run.agents):
         # The first state, and the states in which the agent is in another place than before, or outside.

@@ -1,4 +1,4 @@
-"""Place choice: where agents spend their time, and whether they crowd.
+"""Place choice: in which places agents spend their time, and whether places get more agents than their capacity.
 
 State 0, the start, does not count, because the seed draws the start. Agents are told the capacity of each place, but a
 place admits more agents than its capacity.
@@ -38,7 +38,7 @@ HEADLINE = ("share_*", "overcrowding", "utilisation")
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the place choice of a run; x_k(t) is the number of agents in place k at state t, C_k its capacity.
+    """Return which places agents choose in a run; x_k(t) agents are in place k at state t, and C_k is its capacity.
 
     An agent-state is one agent in one state; it counts if a counted decision of the agent led to the state. A state
     weighs by the number of such decisions.

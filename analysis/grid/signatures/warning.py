@@ -72,7 +72,7 @@ RELAY_WITHIN = 5
 """An agent relays a warning if it warns others at most this number of steps after it was told."""
 
 SHUFFLES = 100
-"""Number of random shifts of the labels for `relay_above_chance`."""
+"""For `relay_above_chance`, labels are shifted in time at random this number of times."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -263,7 +263,7 @@ def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: 
 def _reach(
     run: GridRun, cascade: Cascade, perceived_at: IntArray, *, traced: BoolArray, reachable: BoolArray
 ) -> dict[str, float]:
-    """Return the measures that are defined only if an agent perceives a fire."""
+    """Return how far the news of a fire got, as measures that are defined only if an agent perceives a fire."""
     told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
     waited, observed = _waited(perceived_at, cascade, run.last)
     return {

@@ -57,7 +57,7 @@ def test_decisions_become_arrays_in_their_order_for_as_many_agents_as_occur_anyw
         ({"action": 3}, "line 2: 3 is not an action of its world: the declared actions are go, stay"),
         ({"kind": "bid", "action": "go"}, "'go' is not an action of its world: it must be a number"),
         ({"kind": "bid", "action": 2.5}, "2.5 is not an action of its world: it must be a whole number"),
-        ({"kind": "bid", "action": 11}, "11 is not an action of its world: it must be within 0..10"),
+        ({"kind": "bid", "action": 11}, "11 is not an action of its world: the number must be within 0..10"),
         ({"kind": "talk"}, "'go' is not an action of its world: the world declares no kind 'talk'"),
         ({"step": 0}, r"\$\[1\].step"),
         ({"step": 3}, "the steps are not in ascending order"),

@@ -210,12 +210,12 @@ TWIN = {"measure": f"{REACH}_readable", "readable_only": True, "headline": False
         (
             [row(), row(**TWIN, difference=0.05, low=-0.02, high=0.12)],
             (1, 0.98),
-            f"{FOUND}{TESTED}{UNREAD}; over readable decisions only, the difference is 0.05 [-0.02, 0.12]",
+            f"{FOUND}{TESTED}{UNREAD}; if only readable decisions count, the difference is 0.05 [-0.02, 0.12]",
         ),
         (
             [row(), row(**TWIN, difference=-0.05, low=-0.08, high=-0.02)],
             (1, 0.98),
-            f"{FOUND}{TESTED}{UNREAD}; over readable decisions only, the difference is -0.05 [-0.08, -0.02]",
+            f"{FOUND}{TESTED}{UNREAD}; if only readable decisions count, the difference is -0.05 [-0.08, -0.02]",
         ),
         ([row(), row(**TWIN, low=-0.02)], (1, 1), FOUND + TESTED),
     ],
