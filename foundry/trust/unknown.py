@@ -36,7 +36,7 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
 """The base class of each part of a configuration, and the modules whose classes this part may contain."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
-"""The package with parts of scripted policies, such as faults; these parts are harmless."""
+"""The package with the scripted model that gives faulty replies on purpose; all its classes are harmless."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 HOSTED = "https://api.openai.com/v1"
 """The server that gets `OPENAI_API_KEY` if the user names no other server."""
