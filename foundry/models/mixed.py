@@ -236,7 +236,7 @@ def _check_shares(rules: Mapping[str, Rule]) -> None:
     shares = [rule.share for rule in rules.values() if rule.share is not None]
     if shares and abs(sum(shares) - 1) > _TOLERANCE:
         raise InputError(
-            f"model.members: the shares add up to {sum(shares):.3g}, but must add up to 1. They apply to the "
+            f"model.members: the shares add up to {sum(shares):.3g}, but must add up to 1. Shares apply to the "
             "agents that no member lists by agents or persona."
         )
 

@@ -12,7 +12,7 @@ from foundry.models.base import Model
 Seconds = Annotated[float, msgspec.Meta(gt=0)]
 Count = Annotated[int, msgspec.Meta(ge=1)]
 RUN: ContextVar[str | None] = ContextVar("RUN", default=None)
-"""Id of the run that the current task plays, if known. With several equal servers, a run prefers one of them."""
+"""Id of the run that the current task plays, if known. If several servers have its model, a run prefers one server."""
 
 
 class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -97,7 +97,7 @@ DEFAULT = Serving(
 
 
 def serving_of(model: Model) -> Serving:
-    """Return how calls to a model are made: its own settings, else the default ones."""
+    """Return the settings for calls to a model: the model's own settings, else the default settings."""
     serving = getattr(model, "server", None)
     return serving if isinstance(serving, Serving) else DEFAULT
 

@@ -306,7 +306,7 @@ def test_shader_nodes_in_a_circle_end(place: Path) -> None:
 def test_conventions_that_cannot_be_are_refused(place: Path, line: str, said: str) -> None:
     file = place / f"conventions{next(_NUMBER)}.usda"
     file.write_text(f'#usda 1.0\n(\n{line}\n)\ndef Cube "Cube" {{}}\n')
-    with pytest.raises(InputError, match=rf"has {said} = .*Correct it in the file"):
+    with pytest.raises(InputError, match=rf"has {said} = .*Correct the value in the file"):
         load_scene(file)
 
 

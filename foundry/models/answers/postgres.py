@@ -23,7 +23,7 @@ _SCHEMA = (
 )
 """The tables. When an older database is opened, the missing tables are added, and its answers count as confirmed."""
 _CREATION_LOCK = 0x666F756E
-"""Lock while tables are created: two sessions that create them at once may both fail, even with IF NOT EXISTS."""
+"""Lock while tables are created: two sessions that create tables at once may both fail, even with IF NOT EXISTS."""
 _FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""

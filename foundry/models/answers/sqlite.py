@@ -47,11 +47,11 @@ class SqliteAnswers(Answers):
             self._database.execute("SELECT key, crc FROM answers LIMIT 1").fetchone()
         except (sqlite3.Error, OSError) as error:
             raise InputError(
-                f"The answer cache '{path}' cannot be used ({error}): move it away, or name another with cache.path=..."
+                f"The answer cache '{path}' cannot be used ({error}): move it away, or set another cache.path=..."
             ) from error
 
     def _switch_to_wal(self) -> None:
-        """Switch to WAL mode, and wait for other processes that do so: the connection's timeout does not cover this."""
+        """Switch to WAL mode, and wait while another process switches; the connection's timeout does not cover this."""
         given_up = time.monotonic() + _LOCK_WAIT_S
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Handles unconfirmed answers: they count only once their server was checked and has unchanged weights."""
+"""Handles unconfirmed answers, which count only after a check found that their server has the same weights."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -87,7 +87,7 @@ class Unconfirmed:
         return {key: kept.reply for key, kept in answers.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
-        """Raise an error if the server is known to have changed, or if a reply shows it."""
+        """Raise an error if the server is known to have changed, or if a reply shows such a change."""
         if self.changed is not None:
             raise self.changed
         if reply is None:

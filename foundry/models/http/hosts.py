@@ -77,17 +77,17 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
 MEMORY = 50
 """Number of recent answers per host from which its capacity is estimated."""
 LEAST_ANSWERED = 1.0
-"""Smallest number of recent answers that is assumed for a host, so that a slow one is tried again."""
+"""Smallest number of recent answers that is assumed for a host, so that a slow host is tried again."""
 PREFERENCE = 1 / 8
 """A call leaves the own host of its run only if the load of another host is smaller by more than this share. With less
 than eight calls in flight this share is less than one call, so no slot of another host stays empty.
 """
 MOST_HOMES = 128
-"""Maximum number of runs whose host is remembered; fewer runs than this are open at the same time."""
+"""Maximum number of runs for which the host is remembered. It exceeds the number of runs open at the same time."""
 
 
 class HostPool:
-    """Chooses the server of each call: the one with the fewest calls in flight relative to its capacity.
+    """Chooses for each call the server with the fewest calls in flight relative to the server's capacity.
 
     The capacity of a server is the square root of its number of recent answers. Without the root, a server with more
     calls would answer more and get ever more calls. With the root, equal servers get equal numbers, and a faster

@@ -58,7 +58,7 @@ class Pause:
             await self._sleep(left_s)
 
     def judged(self, error: BackendError, origin: Origin) -> BackendError:
-        """Return the error, or an error that ends the sweep if it requests too long a wait."""
+        """Return the error, or an error that ends the sweep if the server requests too long a wait."""
         wait_s = error.retry_after_s if isinstance(error, TransientError) else None
         return self._too_long(origin, wait_s) if wait_s is not None and wait_s > self._longest_s else error
 
@@ -70,7 +70,7 @@ class Pause:
 
 
 def wait_asked(headers: Mapping[str, str]) -> float | None:
-    """Return how many seconds a response asks clients to wait before the next call; None if it does not ask.
+    """Return how many seconds a response asks clients to wait before the next call; None if no wait is asked.
 
     `Retry-After` or `Retry-After-Ms` comes first. Otherwise, if no requests or tokens are left, clients must wait until
     the server resets their budget.

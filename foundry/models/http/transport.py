@@ -18,7 +18,7 @@ from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
 MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to parse input at")
-"""Texts of errors with status 500 that the output of the model causes: one of Ollama, then two of llama.cpp."""
+"""Texts of errors with status 500 that the output of the model causes: one from Ollama, then two from llama.cpp."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
 """foundry records at most this number of characters of a name that a server reports."""

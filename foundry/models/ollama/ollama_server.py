@@ -1,4 +1,4 @@
-"""Reads the addresses of Ollama servers, what they say about a model, and what their errors mean."""
+"""Reads the addresses of Ollama servers, their reports on a model, and their errors."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -62,7 +62,7 @@ def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = 
 
 def _server_failure(line: str, text: str) -> BackendError:
     if text.startswith(BAD_SETTINGS):
-        return ServerError(f"{line} Correct it in the model's settings.")
+        return ServerError(f"{line} Correct the settings of the model.")
     return TransientError(line)
 
 
@@ -84,7 +84,7 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
 
 
 def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
-    """Return what one server says about a model.
+    """Return the facts about a model from one server's list of models and its details.
 
     If a model was removed and installed again, it has its old digest, but a new time of change.
     """

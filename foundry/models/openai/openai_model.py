@@ -28,7 +28,7 @@ OPTIONS = frozenset(
     }
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
-"""Keys that `extra` must not contain, because they have a setting of their own, or change with each call."""
+"""Keys that `extra` must not contain: each has a setting of its own, or its value changes with each call."""
 SAMPLED = frozenset({"top_p", "presence_penalty", "frequency_penalty", "stop", "max_tokens", "max_completion_tokens"})
 """Options that canary calls leave out or set themselves."""
 DETAILS = (None, "low", "high", "auto")
@@ -213,4 +213,6 @@ def _check_settings(
             raise not_found("Option", option, OPTIONS, hint)
     for field in extra:
         if field in RESERVED or field == seed_field:
-            raise InputError(f"model.extra.{field} has a setting of its own, or is set for each call: remove it.")
+            raise InputError(
+                f"model.extra.{field} has a setting of its own, or is set for each call. Remove this field."
+            )

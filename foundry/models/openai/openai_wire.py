@@ -202,7 +202,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
 
 
 def _error_with_200(error: Any, content: bytes, origin: Origin) -> BackendError:
-    """Return the error in a response with status 200, since gateways send errors in this way."""
+    """Return the error in a response with status 200, or None; gateways send errors with this status."""
     code = error.get("code") if isinstance(error, dict) else None
     status = code if isinstance(code, int) and 400 <= code < 600 else 500
     return refusal(origin, status, content)
@@ -217,7 +217,7 @@ def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """Return the text of a content, which is a string or a list of parts; parts that are no text are left out."""
+    """Return the text of a content, which is a string or a list of parts; parts other than text are left out."""
     if isinstance(value, list):
         parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
         value = "".join(part for part in parts if isinstance(part, str))
@@ -244,7 +244,7 @@ def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin, latency_s: float) -> dict[str, float]:
-    """Return seconds by name, as llama.cpp reports them; the rest of the measured time is the wait for a slot."""
+    """Return seconds by name, as llama.cpp reports them; the remaining measured time is the wait for a slot."""
     timings = body.get("timings")
     keys = ("prompt_ms", "predicted_ms")
     if not isinstance(timings, dict) or not timings.keys() >= set(keys):

@@ -34,7 +34,7 @@ class WarmedModel(Wrapper):
 
 
 class CachedModel(Wrapper):
-    """Answers from the cache if possible. If the same request is asked several times at once, it costs one call.
+    """Answers from the cache if possible. Several equal requests at the same time cost one call.
 
     An answer is committed before it is returned, so a killed process loses at most its calls in flight.
     """
@@ -50,7 +50,7 @@ class CachedModel(Wrapper):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer several requests; those without a cached answer are asked at the same time."""
+        """Answer several requests; all requests without a cached answer are asked at the same time."""
         hits = self._answers.find([request.key for request in requests])
         missing = {request.key: request for request in requests if request.key not in hits}
         if not missing:

@@ -77,7 +77,7 @@ class CanaryWatch:
         self._worst: Distance | None = None
 
     async def change(self) -> str | None:
-        """Make canary calls and return, in words, how the weights differ from those of the cached answers, or None.
+        """Make canary calls, and say how the weights differ from the weights of the cached answers; None if equal.
 
         The first time, all prompts are asked; later one prompt at a time, and all again if its answer differs. If the
         server reports a digest, a difference is only logged, and the result is None.
@@ -92,7 +92,7 @@ class CanaryWatch:
         if distance is None:
             return None
         if distance.verdict is Verdict.OTHER and self._decides:
-            return f"its server's canary belongs to other weights than its cached answers: {distance}"
+            return f"the server's canary belongs to other weights than the cached answers: {distance}"
         if self._worst is None or distance.order > self._worst.order:
             self._worst = distance
             self._warn(distance)
@@ -134,7 +134,7 @@ class CanaryWatch:
 
 
 def canary_of(model: Model) -> Model | None:
-    """Return a copy of the model that makes canary calls, to any of its servers; None if it has no canary."""
+    """Return a copy of the model that makes canary calls to any of its servers; None for a model without a canary."""
     return next(iter(model.canary_models(LIKELIEST).values()), None)
 
 

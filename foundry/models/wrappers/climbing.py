@@ -1,8 +1,8 @@
 """Finds the best number of calls in flight for a server by hill climbing on its throughput.
 
 The latency of single calls does not show whether a server is saturated. Replies differ in length, and a batch slows
-single replies long before it lowers the total throughput. So limits are compared by tokens answered per second, as in
-the hill climbing of .NET's thread pool and in adaptive concurrency limiters. A new limit is accepted or rejected once
+single replies long before it lowers the total throughput. So limits are compared by tokens answered per second. Hill
+climbing in .NET's thread pool and adaptive concurrency limiters do the same. A new limit is accepted or rejected once
 the difference in throughput exceeds the noise, which is estimated from the calls.
 """
 
@@ -76,7 +76,7 @@ class Sums(msgspec.Struct):
     clock_s: float = 0.0
 
     def note(self, work: float, seconds: float, queue_s: float | None) -> None:
-        """Add an answered call; `queue_s` is None if the server does not report it."""
+        """Add an answered call; `queue_s` is None if the server does not report its queue."""
         self.calls += 1
         self.work += work
         self.seconds += seconds

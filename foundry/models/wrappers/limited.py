@@ -88,7 +88,7 @@ class Limit:
         self._look()
 
     def note_failure(self, error: TransientError, started: float) -> None:
-        """Record a failed try; it counts only if it started after the last change of the limit."""
+        """Record a failed try; a try that started before the last change of the limit does not count."""
         if (error.busy or error.late) and started >= self._changed:
             self._pass_time()
             self._sums.refused += 1

@@ -1,6 +1,6 @@
 """The 3D world: one agent in a USD scene sees images and states its movements in plain language.
 
-Keys of the observation (the image is not one of them, but goes with the question):
+Keys of the observation (the image is no key, but a part of the question):
 
 task          text of the task.
 step          number of earlier decisions, so 0 for the first one, as in the paper.
@@ -408,7 +408,7 @@ class CameraRedrawing(Redrawing):
         return _overview_after(latest, self._poses[: step + 1], self._around.settings.body.height, self.view(step))
 
     def view(self, step: int) -> UInt8Array:
-        """Return the view after a step, (h, w, 3): the image that the model got if it is stored, else drawn again."""
+        """Return the view after a step, (h, w, 3): the image that the model got, or a new one if none is stored."""
         name = self._steps[step].image if step < len(self._steps) else None
         kept = None if name is None else self._recorded.kept(name)
         if kept is not None:

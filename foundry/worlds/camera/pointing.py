@@ -101,7 +101,7 @@ class Pointer:
 
 
 def joined(boxes: FloatArray) -> FloatArray:
-    """Return boxes (n, 2, k), each its lowest and highest corner, after merging those that overlap or touch."""
+    """Return boxes (n, 2, k), lowest and highest corners, after merging boxes that overlap or touch."""
     if not len(boxes):
         return boxes
     low, high = boxes[:, 0], boxes[:, 1]

@@ -24,7 +24,7 @@ from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 from foundry.worlds.camera.loading.stage import load_scene
 
 POSE_DIGITS = 9
-"""Decimal places of a pose's numbers; a pose that is rounded so draws the same image as before."""
+"""Decimal places of the numbers in a pose; rounding to these places does not change the image."""
 
 
 def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:
@@ -49,7 +49,7 @@ def turn_between(before: float, after: float) -> float:
 
 
 CLEARANCE_M = 0.1
-"""Free space around the body at the start, beyond its radius, metres."""
+"""Smallest gap between the body and obstacles at the start, metres."""
 
 ARRIVED_M = 0.03
 """Distance at which a corner of a path counts as reached, metres, since no agent meets it exactly."""

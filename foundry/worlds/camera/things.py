@@ -1,4 +1,4 @@
-"""The things of a scene that have a label of their own, where they are seen, and paths to them."""
+"""The things of a scene with unique labels: where images show them, and paths to them."""
 
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
@@ -21,7 +21,7 @@ from foundry.worlds.validation import read_settings
 
 
 class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Rules for labelled things: which ones count, and when they count as seen.
+    """Rules that say which labelled things count, and when a thing counts as seen.
 
     Attributes:
         ignore: patterns of labels to leave out.
@@ -132,7 +132,7 @@ class ThingsScenario(CameraScenario):
         self.way = read_settings(WaySettings, way, "world.way")
         if self.way.shortest > self.way.longest:
             raise InputError(
-                f"world.way.shortest={self.way.shortest:g} is above longest={self.way.longest:g}. Swap them."
+                f"world.way.shortest={self.way.shortest:g} is above longest={self.way.longest:g}. Swap the two values."
             )
         super().__init__(**settings)
         if self.settings.targets:

@@ -1,4 +1,4 @@
-"""Divides a route into legs and describes them in English and Japanese; every word is true of the legs."""
+"""Divides a route into legs and describes them in English and Japanese; each description is true of the legs."""
 
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -154,7 +154,7 @@ GRAINS = ("coarse", "medium", "fine")
 """Levels of detail: the goal alone; the turns with the visible things; every leg with its turn and length."""
 
 STRAIGHT_DEG, SLIGHT_DEG, BACK_DEG = 15.0, 50.0, 150.0
-"""Largest turn that is called straight on, largest one called slight, and smallest one called turning around."""
+"""Largest turn called straight on, largest turn called slight, and smallest turn called turning around, degrees."""
 
 TILT_DEG = 10
 """Smallest angle between the goal and the horizon that a route mentions, degrees."""
@@ -168,7 +168,7 @@ def told(grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> dict[str
 
 
 class _Teller:
-    """Describes a route in the language of its texts; every method but `tell` returns a sentence or a part of one."""
+    """Describes a route in the language of its texts; all methods except `tell` return parts of the description."""
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         self._texts = texts

@@ -80,7 +80,7 @@ class Walk:
         return [name for name in self._things.names if self._first(name) is not None]
 
     def unseen(self) -> list[str]:
-        """Return the things of which no picture shows a single pixel."""
+        """Return the things that no picture shows, not even with one pixel."""
         return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
 
     def arrivals(self) -> dict[str, int]:

@@ -153,7 +153,7 @@ STATION_M = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """An obstacle of a body; `normal` (2,) points away from it, and is None if the body cannot slide along it."""
+    """An obstacle in the way of a body; `normal` (2,) points away from it; None if the body cannot slide."""
 
     name: str
     normal: FloatArray | None = None
@@ -161,7 +161,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The places (3,) of the foot after the start, and what stopped the body, if anything."""
+    """The places (3,) of the foot after the start, and the cause of a stop, or None."""
 
     track: list[FloatArray]
     stop: Stop | None = None

@@ -167,7 +167,7 @@ class Approaches:
         return self._latest[1]
 
     def within(self, track: FloatArray, reach_m: float) -> IntArray:
-        """Return the ascending indices of the cells that contain one of (k, 3) places or are within reach of one."""
+        """Return the ascending indices of all cells that contain, or are within reach of, any of (k, 3) places."""
         nearby = self._tree.query_ball_point(track, max(reach_m, 0.71 * self._cell_m))
         return np.unique(np.array([cell for cells in nearby for cell in cells], np.int64))
 
@@ -268,7 +268,7 @@ class Navigator:
         return self._sight.reaches(eye, target)
 
     def goal_cells(self, target: TargetSurfaces, radius_m: float, eye_height_m: float) -> IntArray:
-        """Return the indices of the cells within a radius of the target, seen from above, with it in line of sight."""
+        """Return the indices of the cells with the target in line of sight, and within a radius seen from above."""
         near = np.flatnonzero(target.is_near(self.places, radius_m))
         eye = np.array([0.0, 0.0, eye_height_m])
         return np.array([i for i in near if self.line_of_sight(self.places[i] + eye, target)], np.int64)
@@ -362,7 +362,7 @@ class Navigator:
         return np.asarray(cells[inverse == large[np.argmin(heights[large])]])
 
     def _load(self, folder: Path | None) -> Walkable:
-        """Return the cells cached in a folder, or compute them and cache them there."""
+        """Return the cells that are cached in a folder, or compute the cells and cache them there."""
         if folder is None:
             return find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
         path = folder / f"walkable-{self._digest()}.npz"

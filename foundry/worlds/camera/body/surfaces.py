@@ -15,7 +15,7 @@ from foundry.errors import InputError, not_found
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 BUCKET_M = 0.25
-"""Edge of a square of the index, metres; scenes that would need too many squares get larger ones."""
+"""Edge of a square of the index, metres; larger in scenes that would need too many squares."""
 
 MAX_BUCKETS = 400
 """Maximum number of squares along the longer side of the index."""
@@ -162,7 +162,7 @@ _NEXT = (1, 2, 0)
 """For each corner of a triangle, its next corner."""
 
 TOUCHING = 1e-12
-"""Distance below which a disc's centre counts as on a segment, metres; then no direction leads away from it."""
+"""Distance below which a disc's centre counts as on a segment, metres; then every direction is free."""
 
 
 @dataclass(frozen=True, eq=False)

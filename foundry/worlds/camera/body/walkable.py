@@ -108,7 +108,7 @@ def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: f
 
 
 def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], step_m: float) -> IntArray:
-    """Return the pairs (m, 2) of floors whose cells are an offset apart and whose heights differ by at most a step."""
+    """Return the pairs (m, 2) of cells that are `offset` apart, with heights that differ by at most `step_m`."""
     if not len(cells):
         return np.empty((0, 2), np.int64)
     low = cells.min(axis=0) - 2
@@ -169,7 +169,7 @@ PASSES = 4
 """Largest number of times that a path is shortened."""
 
 WORTHWHILE_M = 0.005
-"""A path is shortened again only if it became shorter by at least this length, metres."""
+"""A path is shortened once more only if the last time made it shorter by at least this length, metres."""
 
 Free = Callable[[FloatArray, FloatArray], bool]
 """Returns whether a straight path between two places (3,) is free."""

@@ -200,7 +200,7 @@ def _probed(why: str, index: int | None = None) -> Drawer:
 
 def _cause(probe: subprocess.CompletedProcess[str]) -> str:
     if probe.returncode < 0:
-        return f"VTK found no OpenGL, and signal {-probe.returncode} ended its process"
+        return f"VTK found no OpenGL, and signal {-probe.returncode} ended the test of VTK"
     return (probe.stderr.strip().splitlines() or [f"a test of VTK ended with code {probe.returncode}"])[-1]
 
 

@@ -84,7 +84,7 @@ _MOST_LINES = 4
 
 
 def captioned(image: UInt8Array, text: str) -> UInt8Array:
-    """Return the picture (h, w, 3) with a text in a band along its top; a text that is too long is cut."""
+    """Return the picture (h, w, 3) with a text in a band along the top; too long a text is cut."""
     lines = list(_wrapped(text, image.shape[1] - 2 * MARGIN_PX))
     if len(lines) > _MOST_LINES:
         lines = [*lines[: _MOST_LINES - 1], lines[_MOST_LINES - 1] + " …"]
@@ -201,7 +201,7 @@ def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], par
 
 
 def _are_apart(first: FloatArray, second: FloatArray) -> bool:
-    """Return whether a straight line separates two sets of points (n, 2), with a margin beside it."""
+    """Return whether a straight line, with a margin, separates two sets of points (n, 2)."""
     return any(((second @ axis).min() - (first @ axis).max()) >= MARGIN_PX for axis in _axes(first))
 
 

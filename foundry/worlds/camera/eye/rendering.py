@@ -157,7 +157,7 @@ LEAST_OPACITY = 0.5
 
 
 def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]:
-    """Return the actors for the meshes, the opaque ones first; their opacity is multiplied by `fade`."""
+    """Return VTK's actors for the meshes, opaque meshes first; the opacity of all meshes is multiplied by `fade`."""
     return [_batch_actor([with_normals(mesh) for mesh in batch], fade) for batch in batches(meshes)]
 
 
@@ -182,7 +182,7 @@ def id_actor(meshes: Sequence[SceneMesh]) -> Any:
 
 
 def ids_of(image: UInt8Array) -> npt.NDArray[np.int64]:
-    """Return the numbers of the meshes in a picture of `id_actor`, (h, w); 0 where it shows no mesh."""
+    """Return the numbers of the meshes in a picture of `id_actor`, (h, w); 0 where no mesh is seen."""
     return np.asarray(image.astype(np.int64) @ np.array([65536, 256, 1]))
 
 

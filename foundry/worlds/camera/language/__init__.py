@@ -88,7 +88,7 @@ class Command:
 
     @property
     def idle(self) -> bool:
-        """True if the command moves nothing: it is "stay", unreadable, or all its amounts are zero."""
+        """True if the command moves nothing: "stay", an unreadable reply, or a command whose amounts are all zero."""
         return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
 
     @property
@@ -141,7 +141,7 @@ def _number(value: float) -> str:
 
 
 def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
-    """Return an amount after clamping it to -limit..limit, if there is one; if it was clamped, add a note."""
+    """Return an amount clamped to -limit..limit; None is no limit. Add a note if the amount was changed."""
     if largest is None or abs(asked) <= largest:
         return float(asked)
     notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")
@@ -169,7 +169,7 @@ def recorded_command(step: CameraStep) -> Command:
 
 
 def describe(command: Command, record: CameraStep) -> str:
-    """Return a short phrase that says how a decision was understood, and what stopped the agent, if anything."""
+    """Return a phrase that says how a decision was understood, and which obstacle stopped the agent, if any."""
     said = str(record.outcome)
     if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED):
         said = f"answers {record.command['answer']}" if "answer" in record.command else render_command(command)

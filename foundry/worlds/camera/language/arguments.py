@@ -97,7 +97,7 @@ _TURNS = frozenset(("half", "quarter", "quarters", "full"))
 
 
 def mention(verb: Word, said: Arguments) -> Mention | str:
-    """Return the motion that a verb and its words ask for, or the reason why they ask for none."""
+    """Return the motion that a verb and its words ask for, or the reason why there is no motion."""
     if said.amount is not None and said.amount.dimension is Dimension.OTHER:
         said.remarks.append(f"'{said.amount.text}' is no distance and no angle")
         said.amount = None
@@ -128,7 +128,7 @@ def made(said: Arguments) -> Word:
 
 
 def bare_mention(said: Arguments, act: Act | None, *, shared: bool = False) -> Mention | str:
-    """Return the motion that words without a verb ask for, or the reason why they ask for none.
+    """Return the motion that words without a verb ask for, or the reason why there is no motion.
 
     `act` is the kind of motion of the verb before them; with `shared`, it applies to them, as in "turn: left".
     """
@@ -264,7 +264,7 @@ def _is_length(token: Token) -> bool:
 
 
 def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words right before a verb, from `low` on, that belong to it."""
+    """Return the words right before a verb that belong to the verb; `low` is the first that may belong to it."""
     start = verb_at
     while start > low and (tokens[start - 1].kind in ARGUMENTS or tokens[start - 1].kind in HARMLESS):
         start -= 1

@@ -1,4 +1,4 @@
-"""Finds the motions that sentences ask for, not those that they only mention, and makes one command of them."""
+"""Finds the motions that sentences ask for, not motions that are only mentioned, and makes one command of them."""
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
@@ -245,7 +245,7 @@ class _Reader:
         return joint == ":" and first_person and not any(token.kind is Kind.IS for token in before)
 
     def _makes_diagonal(self, segment: Segment, said: Arguments) -> bool:
-        """Make one motion of two segments, such as "move forward" and "to the left"; return whether they are one."""
+        """Make one motion of two segments, such as "move forward" and "to the left"; return whether they fit."""
         joint = segment.joint
         if joint is None or joint.text not in _AND or not self._found or self._found[-1].segment != self._index - 1:
             return False
@@ -268,7 +268,7 @@ class _Reader:
         return True
 
     def _complete(self, said: Arguments) -> None:
-        """Add an amount to the motion before it, as in "turn right (30 degrees)"."""
+        """Give the last motion the amount that follows, as in "turn right (30 degrees)"."""
         last, amount = self._found[-1], said.amount
         if last.category is Category.STAY or (amount is None and not said.small):
             return
@@ -367,7 +367,7 @@ class _Latest:
         return motion.category in (Category.RETRACT, Category.ORDER)
 
     def _retract(self) -> None:
-        """Revoke the earlier motions if a word such as "no, wait" has revoked them."""
+        """Delete the earlier motions if a word such as "no, wait" has revoked them."""
         if self.retracting:
             self.mentions.clear()
             self.retracting = False

@@ -307,7 +307,7 @@ def _half(tokens: Sequence[Token], at: int) -> int | None:
 
 
 MAX_WORDS = 1000
-"""Largest number of words that may name a movement; if a text has more, the last ones are read."""
+"""Largest number of words that may name a movement. In a text with more such words, only the last are read."""
 
 MAX_REACH = 500
 """The ends of a sentence are searched in this number of characters before and after a word that may name a movement."""

@@ -103,7 +103,7 @@ def _pixels(picture: Image.Image) -> UInt8Array:
 
 
 def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: bool) -> UInt8Array:
-    """Return a picture after value * scale + bias, both (4,). Unless `linear`, its sRGB values become linear first."""
+    """Return a picture after value * scale + bias, both (4,), on linear light; the values are sRGB unless `linear`."""
     depth = texture.shape[2]
     values = texture / 255.0
     light = values[..., :3] if linear else to_linear(values[..., :3])
@@ -149,7 +149,7 @@ def srgb(linear: Sequence[float]) -> Colour:
 
 
 def source(shader: Any, name: str) -> Any | None:
-    """Return the attribute that gives an input its value: one with a value, or a node's output; None if it is unset."""
+    """Return the attribute from which an input gets its value, perhaps a node's output; None for an unset input."""
     shader_input = shader.GetInput(name)
     if not shader_input:
         return None
@@ -165,7 +165,7 @@ def node(attribute: Any | None) -> Any | None:
 
 
 def held(shader: Any, name: str) -> Any | None:
-    """Return the attribute that holds the value of an input; None if it is unset or comes from another node."""
+    """Return the attribute that holds the value of an input; None if another node or nothing sets the input."""
     attribute = source(shader, name)
     return None if node(attribute) is not None else attribute
 
@@ -214,7 +214,7 @@ def uv_transform(scale: Sequence[float], turn_deg: float, shift: Sequence[float]
 
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
-"""How a texture continues outside 0..1, by USD's name of the mode; all other modes repeat it."""
+"""The way in which a texture continues outside 0..1, by USD's name of the mode; other modes repeat the texture."""
 
 _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 """Outputs of a texture's node that are a single channel."""

@@ -113,7 +113,7 @@ AROUND = 32
 """Number of sides of round shapes; with so many sides, shading makes them look round."""
 
 AXES: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
-"""For each axis of a shape that is made along Z: which of its coordinates become x, y and z."""
+"""For each axis of a shape, the coordinates of the shape along Z that become x, y and z."""
 
 
 def _polygons(points: FloatArray, faces: list[list[int]], axis: str = "Z") -> Topology:

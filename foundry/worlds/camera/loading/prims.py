@@ -35,7 +35,7 @@ class GprimReader:
         self._materials, self._findings, self._values = materials, findings, values
 
     def read(self, prim: Any) -> Iterator[SceneMesh]:
-        """Yield the prim's meshes in its own space: one, or one for each geom subset; none without faces."""
+        """Yield the prim's meshes in its own space: one mesh, or one for each geom subset; none without any face."""
         topology = self._topology(prim)
         if topology is None or not len(topology.triangles):
             return
@@ -82,7 +82,7 @@ class GprimReader:
         return topology.flipped() if left_handed else topology
 
     def _normals(self, prim: Any, topology: Topology) -> FloatArray:
-        """Return the (m, 3, 3) normals of the triangles' corners: those in the file, else computed ones."""
+        """Return the (m, 3, 3) normals of the triangles' corners, from the file or computed."""
         primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
         authored = None
         if primvar and primvar.HasValue():

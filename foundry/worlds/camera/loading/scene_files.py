@@ -10,7 +10,7 @@ from foundry import paths
 from foundry.errors import InputError, not_found
 
 FORMATS = ("usd", "usda", "usdc", "usdz")
-"""USD's own formats, whose layers list the files that they use."""
+"""USD's own formats. A layer in such a format lists all files that it uses."""
 
 
 def find_asset(name: str) -> Path:

@@ -139,7 +139,7 @@ class Walker:
                 yield from self._multiplied(prototype, chosen, inner)
 
     def _sound(self, matrices: FloatArray, instancer: Any) -> npt.NDArray[np.bool_]:
-        """Return, for each of (k, 4, 4) transforms, whether it is valid; report the invalid ones."""
+        """Return, for each of (k, 4, 4) transforms, whether it is valid; report invalid transforms."""
         sound = (np.abs(matrices) <= REACH).all(axis=(1, 2))
         for number in np.flatnonzero(~sound):
             self._findings.add("Copies without a valid place are not drawn", f"{instancer.GetPath()}[{number}]")
@@ -306,7 +306,7 @@ def _open(path: Path, root: Path) -> Any:
 
 
 def _first_time(stage: Any) -> Any:
-    """Return the time code at which the stage is read: its start, so that animated attributes have a value."""
+    """Return the time code at which the stage is read: the first, so that animated attributes have a value."""
     if stage.HasAuthoredTimeCodeRange():
         return Usd.TimeCode(stage.GetStartTimeCode())
     return Usd.TimeCode.EarliestTime()
@@ -319,9 +319,13 @@ def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float
         findings.add("No metersPerUnit in the file", "USD's default is taken, 0.01")
     up_axis, unit = str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
     if up_axis not in (UsdGeom.Tokens.y, UsdGeom.Tokens.z):
-        raise InputError(f"'{path}' has upAxis = '{up_axis}', but it must be 'Y' or 'Z'. Correct it in the file.")
+        raise InputError(
+            f"'{path}' has upAxis = '{up_axis}', but it must be 'Y' or 'Z'. Correct the value in the file."
+        )
     if not 0 < unit < math.inf:
-        raise InputError(f"'{path}' has metersPerUnit = {unit:g}, but it must be above 0. Correct it in the file.")
+        raise InputError(
+            f"'{path}' has metersPerUnit = {unit:g}, but it must be above 0. Correct the value in the file."
+        )
     return up_axis, unit
 
 
