@@ -42,7 +42,7 @@ def _kappa(joint: IntArray) -> float:
 def kappa_interval(first: IntArray, second: IntArray) -> Interval:
     """Return an interval for Cohen's kappa of two rows of n independent choices, by the jackknife (Tukey 1958).
 
-    It is NaN if kappa is undefined, over all choices or after leaving out one of them.
+    The interval is NaN if kappa is undefined for all choices, or for all choices but one.
     """
     from scipy.special import stdtrit
 
@@ -86,7 +86,7 @@ def fleiss_kappa(counts: IntArray) -> float:
 def krippendorff_alpha(counts: IntArray) -> float:
     """Return Krippendorff's alpha of nominal choices, -1..1; NaN if all choices are equal, or without things.
 
-    It is computed from coincidences, and allows any number of choices about each thing. Source: Krippendorff 2011.
+    Alpha is computed from coincidences, and allows any number of choices about each thing. Source: Krippendorff 2011.
 
     Args:
         counts: how often each choice was made about each thing, (things, choices); things with one choice are left out.

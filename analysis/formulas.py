@@ -132,8 +132,8 @@ def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray
 def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:
     """Return the restricted mean survival time, which is the area under S from 0 to the horizon; NaN without times.
 
-    It is between 0 and the horizon, in the same unit. A low value means that events come soon. After the last event, S
-    stays constant.
+    The mean is between 0 and the horizon, in the unit of the times. A low value means that events come soon. After the
+    last event, S stays constant.
     """
     if not len(times):
         return float("nan")

@@ -159,8 +159,8 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
     """Return one finding for each measure, swept setting (factor) and combination of the other settings (context).
 
     If differences are significant, the finding is about the level that differs from most other levels in one direction.
-    Otherwise it is the largest gap. Significant findings come first, then findings about models, then the largest
-    standardised differences.
+    If none is significant, the finding is the largest gap. Significant findings come first, then findings about models,
+    then the largest standardised differences.
     """
     by_measure: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:

@@ -158,8 +158,8 @@ class GridRun(Decisions):
         labels: whether each text is a warning; a text that is missing here has no label. If it is None, the rule of
             `analysis.labelling.warning_rule` labels the texts.
         present: whether the agent was present and asked, (T, N); None if all agents always were. For an absent agent, x
-            and y are its first or last cell, the place is OUTSIDE and the outcome is none. It requests and says
-            nothing.
+            and y are its first or last cell, the place is OUTSIDE and the outcome is none. Such an agent requests
+            nothing and says nothing.
         left: index of the exit by which an agent left in the step, or NO_EXIT, (T, N); None in a world without exits.
         lost: whether the agent died at the end of the step, (T, N); None in a world without deaths.
         living: further numbers in a world with energy, each (T, N), 0 for absent agents. `energy` is the energy before

@@ -33,9 +33,9 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
     """Return the probabilities that the blind agent, if it moves, goes up, down, left and right, (E, 4).
 
-    They are proportional to the directions that all agents request by counted decisions in cells with four legal moves.
-    Half a move is added to each direction (Jeffreys' prior), so that no legal direction is impossible. An illegal move
-    has probability 0.
+    The probabilities are proportional to how often all agents request each direction, in counted decisions in cells
+    with four legal moves. Half a move is added to each direction (Jeffreys' prior), so that no legal direction is
+    impossible. An illegal move has probability 0.
 
     Args:
         run: the run.
@@ -108,8 +108,8 @@ def _in_table(at: IntArray, side: int, table_side: int, horizon: int) -> IntArra
 def _cells_table(side: int, horizon: int) -> FloatArray:
     """Return the expected number of different visited cells, by number of moves and start, (horizon + 1, side, side).
 
-    It is the sum over all cells of the probability that the walker visits the cell by then. Each probability solves an
-    absorbing Markov chain. By the eight symmetries of the square, an eighth of the cells suffices.
+    The number is the sum over all cells of the probability that the walker visits the cell by then. Each probability
+    solves an absorbing Markov chain. By the eight symmetries of the square, an eighth of the cells suffices.
     """
     middle = (side + 1) // 2
     targets = [(a, b) for a in range(middle) for b in range(a, middle)]

@@ -58,21 +58,21 @@ def measure(run: AnyRun) -> dict[str, float]:
     - probability: mean of p(decided); 0..1.
     - entropy: mean of (-sum p log2 p) / log2 L, for the L declared labels; 0..1. Source: Shannon 1948.
     - covered: mean probability of all labels together; 0..1. Decisions that other measures leave out count too.
-    - expected_<label>: mean of q(label); 0..1. If there are several kinds, the name is expected_<kind>_<label>. It
-      estimates the same share as `action.share_<label>`, without the noise of drawing one decision.
-    - beyond_draws: mean of (q(decided) - sum of q^2); -1..1. It is 0 if decisions are drawn with the probabilities q.
-      Another value means that the server does not draw as the call says, for example at another temperature. Then
-      expected shares are wrong.
+    - expected_<label>: mean of q(label); 0..1. If there are several kinds, the name is expected_<kind>_<label>. The
+      measure estimates the same share as `action.share_<label>`, without the noise of drawing one decision.
+    - beyond_draws: mean of (q(decided) - sum of q^2); -1..1. The measure is 0 if decisions are drawn with the
+      probabilities q. Another value means that the server does not draw as the call says, for example at another
+      temperature. Then expected shares are wrong.
 
     In worlds that record the right decision as `truth`:
 
     - brier: mean of sum over labels of (p(l) - [l is right])^2; 0..2. Source: Brier 1950.
-    - overconfidence: mean of max p minus the share of decisions in which the likeliest label is right; -1..1. It is
-      unbiased for any number of decisions, unlike an expected calibration error in bins (Naeini et al. 2015). Source:
-      Lichtenstein, Fischhoff and Phillips 1982.
+    - overconfidence: mean of max p minus the share of decisions in which the likeliest label is right; -1..1. The
+      measure is unbiased for any number of decisions, unlike an expected calibration error in bins (Naeini et al.
+      2015). Source: Lichtenstein, Fischhoff and Phillips 1982.
 
-    If labels cover less than LEAST_COVERED (.95) of a decision's probability, it is left out of all measures but
-    covered; n_low counts such decisions. A decision whose q may be wrong by more than GREATEST_ERROR (.05, total
+    If labels cover less than LEAST_COVERED (.95) of a decision's probability, all measures but covered leave out the
+    decision; n_low counts such decisions. A decision whose q may be wrong by more than GREATEST_ERROR (.05, total
     variation) is left out of expected and beyond_draws. NaN without decisions. Denominators: n_told, n_low, n_expected,
     n_right (with a right decision).
     """

@@ -34,13 +34,14 @@ def measure(run: AnyRun) -> dict[str, float]:
 
     - rate: agent-steps with a message / agent-steps; 0..1.
     - reply_rate: `rate` over agent-steps whose agent received a message at the step before; 0..1. NaN without such
-      agent-steps. It equals `rate` if messages do not depend on received ones and all agents speak equally often.
+      agent-steps. reply_rate equals rate if messages do not depend on received messages and all agents speak equally
+      often.
     - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
     - gini: Gini coefficient of the number of messages per agent; 0 (equal)..1 - 1/N. NaN without messages.
     - audience: deliveries / messages; 0..N. NaN without messages.
     - length: mean length of a message, Unicode characters. NaN without messages.
     - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
-      distinct_share it does not fall with the number of messages. Source: Simpson 1949.
+      distinct_share, variety does not fall with the number of messages. Source: Simpson 1949.
     - distinct_share: different texts / messages; 0..1. NaN without messages.
 
     Denominators: n_messages, n_deliveries, n_decisions (agent-steps), n_after_one (agent-steps after a message),

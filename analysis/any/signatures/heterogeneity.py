@@ -33,10 +33,10 @@ def measure(run: AnyRun) -> dict[str, float]:
     agents from step to step. The test is right if habits last no longer than the middle third.
 
     - beyond_shuffled: covariance between the agents' mean actions in the two thirds (ddof 1). This is the variance
-      between agents, minus its mean over all shuffles. It is given as a share of the variance of actions at a moment,
-      which is half the mean squared difference between two agents, or for labels the share of pairs of agents that
-      differ. 0: agents are alike; 1: each agent always acts in a way of its own. Values below 0 arise by chance, or
-      from agents that swap habits. Only agents that are asked the same kinds of questions are compared; each kind
+      between agents, minus its mean over all shuffles. The measure is a share of the variance of actions at a moment.
+      That variance is half the mean squared difference between two agents, or for labels the share of pairs of agents
+      that differ. 0: agents are alike; 1: each agent always acts in a way of its own. Values below 0 arise by chance,
+      or from agents that swap habits. Only agents that are asked the same kinds of questions are compared; each kind
       weighs by its number of decisions. Every lasting difference counts, such as a persona, a model, a place, or a
       habit that lasts more than a third of the run.
     - p: share of shuffles, the actual run included, in which the sum of the products of the two thirds is at least as

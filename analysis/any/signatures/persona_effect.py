@@ -150,11 +150,11 @@ def measure(run: AnyRun) -> dict[str, float]:
 
     - <attribute>: let B be the sum of squares between the G groups with equal values of the attribute, over the mean
       actions of N agents of equal weight. The measure is B minus its mean over all shuffles, which is (G - 1) / (N - 1)
-      of the sum of squares between agents. It is divided by 1 - (G - 1) / (N - 1), the largest possible excess, and by
-      N - 1. It is a share of the variance of actions at a moment, as in `heterogeneity`, so you can compare the two,
-      and also runs of different length. 0: personas make no difference; 1: the attribute alone decides, always in the
-      same way. Chance can give values below 0, or above 1 if agents decide rarely. If attributes are correlated, each
-      shows effects of the others.
+      of the sum of squares between agents. The difference is divided by 1 - (G - 1) / (N - 1), the largest possible
+      excess, and by N - 1. The result is a share of the variance of actions at a moment, as in `heterogeneity`. So you
+      can compare the two signatures, and also runs of different length. 0: personas make no difference; 1: the
+      attribute alone decides, always in the same way. Chance can give values below 0, or above 1 if agents decide
+      rarely. If attributes are correlated, each shows effects of the others.
     - p_<attribute>: share of shuffles, the actual run included, in which the attribute explains at least as much as in
       the actual run; 0..1. Up to six agents, all N! shuffles are taken; else 999 random ones and the actual run.
 

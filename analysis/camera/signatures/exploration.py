@@ -23,10 +23,11 @@ def measure(run: CameraRun) -> dict[str, float]:
     """Return the exploration of a run of a 3D world.
 
     - coverage: cells of the walkable grid that the body covered, start included / cells reachable from the start; 0..1.
-      NaN without decisions, or if no cell is reachable. Compare it only between runs with the same limit of decisions.
+      NaN without decisions, or if no cell is reachable. Compare coverage only between runs with the same limit of
+      decisions.
     - path_length: covered distance, metres; 0 up.
-    - gyration_m: root mean square distance from the mean place, metres; 0 up. It covers the start and the states after
-      counted decisions.
+    - gyration_m: root mean square distance from the mean place, metres; 0 up. The mean is over the start and the states
+      after counted decisions.
 
     Denominators: n_states (of gyration_m), n_cells, n_visited.
     """

@@ -26,8 +26,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     - blocked: translations that an obstacle cut to less than a millimetre / decisions; 0..1. The body may still have
       turned.
     - invalid: unreadable decisions, which leave the agent in place / decisions; 0..1.
-    - immobile: decisions that change neither place nor heading nor gaze / decisions; 0..1. It need not be the sum of
-      chosen, blocked and invalid, because a turn on the spot can count as blocked or chosen but is not immobile.
+    - immobile: decisions that change neither place nor heading nor gaze / decisions; 0..1. immobile need not be the sum
+      of chosen, blocked and invalid: a turn on the spot can count as blocked or chosen, but never as immobile.
     - longest_run: longest unbroken run of immobile decisions; 0..T.
 
     All are NaN without decisions. Denominator: n_decisions.

@@ -80,7 +80,7 @@ def measure(run: CameraRun) -> dict[str, float]:
     - false_claim_rate: claims without the target in view / replies without it in view; 0..1. NaN if the target always
       is in view.
     - false_stop: decisions to stay without the target in view (a false "target found") / decisions to stay; 0..1. NaN
-      without decisions to stay. It needs neither claims nor text.
+      without decisions to stay. This measure needs neither claims nor text.
 
     For all kinds of things (`thing_of` a label), in the fixed table of `sight_words` or labelled in an image of the
     run. A kind counts once per reply:

@@ -49,8 +49,9 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     g(t) is the length of the shortest path to the goal at state t, metres. States with an unknown distance and states
     after uncounted decisions are left out. A decision is wrong if g grows by STILL_M or more. Turning is never wrong,
-    because it does not change g. A detour opens at a wrong decision, and its base is g before this decision. It closes
-    at the first state with g less than STILL_M above the base. A detour that is open at the end is right-censored.
+    because it does not change g. A detour opens at a wrong decision, and its base is g before this decision. A detour
+    closes at the first state with g less than STILL_M above the base. A detour that is open at the end is
+    right-censored.
 
     - wrong_rate: wrong decisions / decisions; 0..1.
     - recovered: closed detours / detours; 0..1. NaN without detours. Detours that open late lower this share.

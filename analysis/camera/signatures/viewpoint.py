@@ -49,8 +49,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     """Return how much the decisions of a run depend on the view.
 
     A decision is its kind of command (`command_kinds`). Two views are of one place if the feet are at most SAME_PLACE_M
-    apart. They differ by the larger of their differences in yaw and pitch. The target is in view with VISIBLE_PX pixels
-    or more. Uncounted decisions are left out everywhere.
+    apart. Two views differ by their difference in yaw or in pitch, whichever is larger. The target is in view with
+    VISIBLE_PX pixels or more. Uncounted decisions are left out everywhere.
 
     - view_change: among pairs at one place with views at least OTHER_VIEW_DEG apart: pairs of different kinds / pairs;
       0..1. This is the dispersion of decisions over views. NaN without such pairs.
@@ -70,8 +70,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     - approach_visible, approach_hidden: decisions that reduce the geodesic distance to the goal by at least STILL_M /
       decisions with known distances; 0..1. The first counts decisions with the target in view, the second those
       without. NaN without such decisions.
-    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN if either is NaN. It is above 0 even for an
-      agent that goes ahead without looking, because things in view are ahead.
+    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN if either is NaN. The measure is above 0 even
+      for an agent that goes ahead without looking, because things in view are ahead.
 
     Denominators: n_decisions, n_other_pairs, n_same_pairs, n_visible, n_hidden (decisions with known distances).
     Source: the definitions are new in foundry; Vinh, Epps and Bailey 2010 for the information expected by chance.

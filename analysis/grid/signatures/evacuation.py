@@ -20,7 +20,7 @@ NO_WAY = -1
 def exit_steps(world: GridSettings) -> IntArray:
     """Return the fewest steps from every cell to each of E exits, (E, W, W), indexed by exit, x and y.
 
-    It is NO_WAY if no path leads to the exit. Paths lead around walls and around other exits.
+    The number is NO_WAY if no path leads to the exit. Paths lead around walls and around other exits.
     """
     half = world.half_size
     fields = []
@@ -107,11 +107,11 @@ def measure(run: GridRun) -> dict[str, float]:
     - with_leaders: among the agents other than leaders, those that left by the exit that most leaders used (the first,
       if tied) / those that got out; 0..1. NaN if no leader got out.
     - least_crowded: agents that left by an exit with the fewest agents near it / out; 0..1. An agent is near an exit if
-      it is within AT_IT columns and rows. The agents near each exit are counted once, halfway through the steps that
-      the agent took to leave, at the exits that it can reach.
+      its cell is within AT_IT columns and rows of the exit. The agents near each exit are counted once, halfway through
+      the steps that the agent took to leave, at the exits that it can reach.
     - herding: share of the pairs of agents that left by the same exit, minus this share if each had taken its nearest
-      exit (the first, if tied); -1..1. It is 0 if agents take the nearest exit, and above 0 if they follow the crowd.
-      NaN below two agents.
+      exit (the first, if tied); -1..1. herding is 0 if agents take the nearest exit, and above 0 if agents follow the
+      crowd. NaN below two agents.
     - path_efficiency: shortest path from the start to the exit / steps taken; mean; above 0..1. path_efficiency_moving:
       shortest path / moves made.
     - warned: agents that received a warning (as in `warning`) before the step in which they left / out; 0..1.

@@ -187,8 +187,8 @@ def measure(run: GridRun) -> dict[str, float]:
     - exposure: exposed decisions / decisions; 0..1.
     - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: `away` among
       the exposed decisions with a move; NaN without a move.
-    - walker_away: expected value of `away` for a random walker with equally likely legal moves; 0..1. It is the mean
-      over exposed decisions of (legal moves that lead away / legal moves). NaN without legal moves.
+    - walker_away: expected value of `away` for a random walker with equally likely legal moves; 0..1. The value is the
+      mean over exposed decisions of (legal moves that lead away / legal moves). NaN without legal moves.
     - away_beyond_blind: (requested legal moves away - their expected number for a blind agent, `analysis.grid.walker`)
       / exposed decisions; -1..1. The blind agent stays whenever the agent stayed, and otherwise draws legal directions
       by their shares in the run. The measure is 0 for an agent that draws each step independently, whatever direction
@@ -200,7 +200,7 @@ def measure(run: GridRun) -> dict[str, float]:
       twin run are not told of fires. 0 for every policy that ignores fires. `analysis.measuring.twins` adds this
       measure and distance_beyond_untold.
     - difference_walker_moving: away_moving minus its expectation for a random walker at the same decisions; -1..1. NaN
-      without a move. It is not 0 for an agent that ignores fires but prefers a direction.
+      without a move. The measure is not 0 for an agent that ignores fires but prefers a direction.
     - difference_matched: share of steps away at the exposed decisions with a control, minus this share at their
       controls; -1..1. The controls of an exposed decision are counted decisions of all agents before its nearest
       perceived fire burns. At these, the agent has the same distance to the later fire in whole cells (rounded down),
@@ -209,13 +209,13 @@ def measure(run: GridRun) -> dict[str, float]:
       controls, for example if the fire burns early or if nobody came so near before.
     - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are the exposed decisions away and not away,
       c and d the controls away and not away; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) - ln((c +
-      .5) / (c + d + .5)). NaN without controls. Both are imprecise with few controls. Source: Haldane 1956, Anscombe
-      1956; Walter 1975.
-    - distance_change: mean change of the distance to the nearest perceived fire, cells per step; -1..1. It is above 0
-      for a blind agent, because more directions lead away from a nearby fire than towards it.
+      .5) / (c + d + .5)). NaN without controls. Both measures are imprecise with few controls. Source: Haldane 1956,
+      Anscombe 1956; Walter 1975.
+    - distance_change: mean change of the distance to the nearest perceived fire, cells per step; -1..1. The measure is
+      above 0 for a blind agent, because more directions lead away from a nearby fire than towards it.
     - distance_beyond_blind: mean change of the distance by requested legal moves, minus its expectation for the blind
-      agent; cells per step. It is 0 for the same agents as away_beyond_blind. distance_beyond_moved is
-      distance_beyond_blind minus its mean over moved fires.
+      agent; cells per step. distance_beyond_blind is 0 for the same agents as away_beyond_blind. distance_beyond_moved
+      is distance_beyond_blind minus its mean over moved fires.
     - beta_fire, beta_place, beta_agent: step selection. A conditional logit explains which of the legal directions an
       agent requests, at exposed decisions that request one; occupied cells count as legal. Its covariates are the
       changes of the distance to the nearest perceived fire (Euclidean), to the nearest place and to the nearest other
@@ -223,8 +223,8 @@ def measure(run: GridRun) -> dict[str, float]:
       is left out. NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974;
       Fortin et al. 2005.
     - latency: restricted mean number of exposed decisions up to an agent's first step away, counted from 1; 1..T.
-      Agents that never step away are censored at their last exposed decision. It is the area under the Kaplan-Meier
-      curve from 0 to T. It is high for agents that seldom move, whatever the reason.
+      Agents that never step away are censored at their last exposed decision. latency is the area under the
+      Kaplan-Meier curve from 0 to T. Agents that seldom move have a high latency, whatever the reason.
 
     Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
     n_choices (of the fit, even if too few), n_exposed_agents.

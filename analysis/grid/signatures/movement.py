@@ -80,15 +80,16 @@ def measure(run: GridRun) -> dict[str, float]:
     Measures of executed moves, which also depend on the world; NaN without moves:
 
     - variety: pairs of moves in different directions / pairs of moves, pooled over agents; 0..1. Equally likely,
-      independent directions give 3/4 for any number of moves; an entropy would fall with fewer moves. It is lower if
-      agents keep a direction, because the moves of a pair then depend on each other. It is also lower if walls or edges
-      block some directions more often than others, as in a corridor. NaN below two moves. Source: Simpson 1949.
+      independent directions give 3/4 for any number of moves; an entropy would fall with fewer moves. variety is lower
+      if agents keep a direction, because the moves of a pair then depend on each other. variety is also lower if walls
+      or edges block some directions more often than others, as in a corridor. NaN below two moves. Source: Simpson
+      1949.
     - alignment: cosine of the angle between two moves, as mean over all pairs of moves; -1..1 (one direction). Equally
-      likely, independent directions give 0; agents that keep a direction are above 0. It is the unbiased square of the
-      resultant length, (n R^2 - 1) / (n - 1). NaN below two moves.
-    - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: direction_bits / 2; 0..1. Both are
-      biased low below about 30 moves. Edges limit the moves, so compare them with a random walker in the same states,
-      not with their maximum.
+      likely, independent directions give 0; agents that keep a direction are above 0. alignment is the unbiased square
+      of the resultant length, (n R^2 - 1) / (n - 1). NaN below two moves.
+    - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: direction_bits / 2; 0..1. Both
+      measures are biased low below about 30 moves. Edges limit the moves, so compare them with a random walker in the
+      same states, not with their maximum.
     - direction_kl: divergence from the uniform distribution, 2 - direction_bits, bits; 0..2.
     - walker_kl: Kullback-Leibler divergence from walker_share_*, bits; from 0.
     - resultant_length: length of the mean of the moves, as unit vectors; 0 (they cancel out)..1 (one direction).
@@ -102,8 +103,8 @@ def measure(run: GridRun) -> dict[str, float]:
     Measures of the states before the decisions, and of changes of distance. Changes are in cells per step; a negative
     value is an approach, and a step without a move counts as 0.
 
-    - walker_share_<direction>: share of this direction for a random walker with equally likely legal moves; 0..1. It is
-      the mean over states of 1 / number of legal moves if the direction is legal, else 0.
+    - walker_share_<direction>: share of this direction for a random walker with equally likely legal moves; 0..1. The
+      share is the mean over states of 1 / number of legal moves if the direction is legal, else 0.
     - drift_place: change of the distance to the nearest place, in moves (0 inside a place); -1..1. NaN without places.
     - drift_agent: change of the distance to the nearest other agent, in moves; -1..1. The other agent's position before
       the step counts, since the agent cannot know the next one. Steps of a lone agent are left out. NaN with one agent.

@@ -51,7 +51,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - trip_efficiency_moving: l / changes of position; mean over trips; above 0..1.
     - arrived: agents in a place at the end of the run / N; 0..1.
 
-    The efficiencies are NaN without trips. They ignore agents that never arrive, so show `arrived` with them.
+    The efficiencies are NaN without trips. The efficiencies ignore agents that never arrive, so report `arrived` too.
     Denominators: n_trips, n_returns, n_agents.
     """
     trips, returns = find_trips(run)

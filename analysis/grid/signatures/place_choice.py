@@ -57,7 +57,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: these means over the places that anyone
       uses, where each place counts only from the first state 1..T in which someone is there. NaN if no place is used.
     - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN without places.
-      It is low for agents that stay at their starts, since their states cover few places.
+      entropy is low for agents that stay at their starts, since their states cover few places.
     - entropy_places: entropy over the places only; NaN if nobody is in a place, or with fewer than two places.
     - capacity_divergence: Jensen-Shannon divergence (base 2) between the agent-states in the places and the places'
       capacities; 0 (in proportion)..1. NaN where entropy_places is NaN. Source: Lin 1991.

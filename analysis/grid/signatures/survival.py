@@ -45,8 +45,8 @@ def applies(run: GridRun) -> bool:
 def measure(run: GridRun) -> dict[str, float]:
     """Return the survival of a run in a world with energy.
 
-    A decision has someone within reach if another agent is at most TOUCH columns and rows away before it. A decision is
-    made in scarcity if the agent has less energy than at its start, else in plenty.
+    A decision has someone within reach if, before the decision, another agent is at most TOUCH columns and rows away. A
+    decision is made in scarcity if the agent has less energy than at its start, else in plenty.
 
     - lifespan: number of steps that an initial agent lived, that is, the step of its death; mean; 1..T. For an agent
       that did not die, even if it left by an exit, it is the world's number of steps T. survived: initial agents that

@@ -79,7 +79,8 @@ def measure(run: GridRun) -> dict[str, float]:
     """Return how far warnings of a fire travel among the agents of a run.
 
     An agent is *told* if it receives a warning before the step of its first perception of a fire, or if it never
-    perceives one. It is *direct* if it perceives a fire and is not told. It is *informed* if it is told or direct.
+    perceives one. An agent is *direct* if it perceives a fire and is not told. An agent is *informed* if it is told or
+    direct.
 
     - informed_fraction: informed agents / N; 0..1.
     - social_reach: told agents / (N - direct agents); 0..1. NaN if all are direct.
@@ -96,8 +97,9 @@ def measure(run: GridRun) -> dict[str, float]:
     - relay_above_chance: relay_probability minus its mean over SHUFFLES shifts of the labels; -1..1. A shift moves the
       labels of an agent's messages in time, in a circle; messages before and after its first sight of a fire are
       shifted separately. So agents that warn often or in streaks keep that habit. After each shift, it is determined
-      again which agents were told. The measure is 0 if being warned does not make a warning more likely. It is also 0
-      if all messages of each agent are warnings, because no shift changes them. NaN where relay_probability is NaN.
+      again which agents were told. The measure is 0 if being warned does not make a warning more likely. The measure is
+      also 0 if all messages of each agent are warnings, because a shift changes nothing then. NaN where
+      relay_probability is NaN.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning (lowest
       step, then lowest id) to that agent, if the agent is told and had sent no warning before. Otherwise the agent
       begins a new chain. So the edges form a forest.
@@ -105,7 +107,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - trees: trees of the forest with two agents or more.
     - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;
       1..(N+1)/3, at least 1. NaN without such trees.
-    - rmst: restricted mean time to the first warning, steps; 0..T. It is the area under the Kaplan-Meier curve of
+    - rmst: restricted mean time to the first warning, steps; 0..T. rmst is the area under the Kaplan-Meier curve of
       `waiting_times` from the run's start to T; after the last event the curve stays level. NaN if all are direct.
     - false_alarm_rate: warnings whose sender has perceived no fire by then and received no earlier warning / messages;
       0..1. NaN without messages.
