@@ -18,7 +18,7 @@ class Interval:
 
 
 def joint_counts(first: IntArray, second: IntArray) -> IntArray:
-    """Count each pair of choices in two rows of indices from 0, (n,) each; return (choices, choices)."""
+    """Return how often each pair of choices occurs, (choices, choices); the rows (n,) hold indices from 0."""
     size = int(max(first.max(initial=0), second.max(initial=0))) + 1
     return np.bincount(first * size + second, minlength=size * size).reshape(size, size)
 

@@ -119,7 +119,7 @@ def _own_lines(folder: RunFolder, summary: RunSummary | None) -> list[dict[str, 
 
 
 def _beyond(kind: type[msgspec.Struct], line: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys of a line that its class lacks."""
+    """Return the keys of a recorded line that are no fields of the line's class."""
     return {key: value for key, value in line.items() if key not in kind.__struct_fields__}
 
 

@@ -64,7 +64,7 @@ NOT_JAPANESE = (
     "|確認でき(?:ません|ない|ず|てい)|映って(?:いない|いません|おらず)|写って(?:いない|いません|おらず)"
     "|見て(?:いない|いません)|無い|なし|無く|なく|ない"
 )
-"""Cues that a thing is not seen."""
+"""Words that say that a thing is not seen, such as "not" and "hidden"."""
 
 UNSURE = (
     "if|whether|might|may|could|would|should|must|maybe|perhaps|possibly|probably|likely|presumably|until"
@@ -75,7 +75,7 @@ UNSURE_JAPANESE = (
     "(?:見え|あ)(?:る|ます)?(?:と思|はず|可能性|かも|か(?=どうか|を|確)|でしょう|だろう|よう|まで"
     "|れば|たら)|かもしれ|だろう|でしょう|はず|可能性|思われ"
 )
-"""Cues of a guess, a wish, a condition or a memory."""
+"""Words for a guess, a wish, a condition or a memory, such as "maybe"; they cancel a claim to see a thing."""
 
 SEARCHED = (
     "look(?:ing|s|ed)?(?: around)? for|search[a-z]*|find|finding|locate|locating|seek(?:ing)?"
@@ -86,14 +86,14 @@ SEARCHED = (
 SEARCHED_JAPANESE = (
     "探|捜|見つける|見つけたい|見つけよう|見つけ出|発見する|発見したい|確認する|確認したい|見たい|見るため"
 )
-"""Cues of a thing that is still to be found."""
+"""Words that say that a thing is still to be found, such as "looking for"."""
 
 HEADED_FOR = (
     "towards?|approach(?:ing)?|closer to|nearer to|reach|(?:get|getting|go|going|move|moving|path|way|leads?"
     "|leading|points?|pointing|distance|directions?) to"
 )
 HEADED_FOR_JAPANESE = "近づ|近寄|向か|接近|目指"
-"""Cues that a thing is the destination."""
+"""Words that say that an agent is going to a thing, such as "towards"."""
 
 SEEN = (
     "able to (?:see|spot)|see|sees|seen|seeing|spot|spots|spotted|notice[sd]?|observe[sd]?|recogni[sz]e[sd]?"
@@ -106,7 +106,7 @@ SEEN_JAPANESE = (
     "見え|見つけました|見つけた|見つかりました|見つかった|発見し|確認でき|確認しました|あります|ある|映って"
     "|写って|視界に|(?:これ|それ|あれ)[はが]|到着し|見ている|見ています|見て(?:取|と)れ"
 )
-"""Cues of seeing or reaching a thing."""
+"""Words for seeing or reaching a thing, such as "I see" and "arrived at"."""
 
 PLACED = (
     r"(?:is|are|'s|lies|sits|hangs|appears|stands|remains)(?: (?:clearly|partly|partially|directly|now|still|just|also"

@@ -17,7 +17,7 @@ from analysis.tables.texts import rounded
 FEWEST_RUNS = 4
 """Minimum number of runs in a group whose runs are compared with each other."""
 MOST = 5
-"""Maximum number of runs in the list."""
+"""Maximum number of runs in the list of the furthest runs."""
 
 
 class FarRun(msgspec.Struct, frozen=True):

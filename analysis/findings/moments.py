@@ -1,4 +1,4 @@
-"""Finds example moments: the first decisions that differ between two runs after the same question."""
+"""Finds example moments: the first decisions in which two runs differ after the same question."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence

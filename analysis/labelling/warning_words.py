@@ -68,7 +68,7 @@ ESCAPE_JAPANESE = (
     "逃げ|離れて|離れろ|近づかない|近づくな|近寄らない|近寄るな|行かない(?:で|ほう|方)|行くな"
     "|入らない|避けて|避けろ|脱出|退避|立ち去|迂回|外へ出て|外に出て"
 )
-"""Calls to get away, or to stay away."""
+"""Words that call others to get away or to stay away."""
 
 OTHER_SENSE = (
     "fire (?:drills?|exercises?|stations?|trucks?|engines?|extinguishers?|safety|exits?"
@@ -196,11 +196,11 @@ OVER = (
 OVER_JAPANESE = (
     "消え|鎮火|消火(?:され|しま|した|済|でき)|消し止め|消しました|消した|収ま|おさま|もう(?:安全|大丈夫)|誤報|治ま|解除"
 )
-"""Statements that a fire is over, or never existed."""
+"""Words that say that a fire is over, or that there never was one."""
 
 UNTIL = "until|till|before|trying to|to be"
 UNTIL_JAPANESE = "まだ"
-"""Words that show that an end is still to come."""
+"""Words that say that the end of a fire is still to come, such as "until"."""
 
 PAST = (
     "yesterday|last (?:night|week|month|year|summer|winter)|(?:days|weeks|months|years) ago"
@@ -274,7 +274,7 @@ MISTAKEN_JAPANESE = (
     "(?:ただの|単なる)(?:湯気|霧|冗談|訓練|噂|埃)|湯気(?:でした|だった|です)|霧(?:でした"
     "|だった)|勘違い|見間違|気のせい|冗談でした|デマ"
 )
-"""Statements that it was something else; a denial next to them does not mean that it was a fire."""
+"""Words that say that a supposed fire was something else ("only steam"), even beside a denial."""
 
 
 STATED = (
@@ -308,13 +308,13 @@ FACTIVE = (
     "|did) (?:anyone|anybody|everyone|you) (?:else )(?:also )?(?:noticed?|seen?|hear|heard"
     "|smell|smelled|smelt)"
 )
-"""First words of questions that presuppose their content: "did you notice that the bar burns?"."""
+"""First words of questions that treat their content as a fact: "did you notice that the bar burns?"."""
 
 FACTIVE_JAPANESE = (
     "(?:(?:の|こと)[はをにが]?|って|と)、?(?:もう|みんな|皆さん)?(?:見え(?:ま|る|た)|見ま"
     r"|見た|見て|気づ|気付|知って|知らな|ご存|聞き|聞いた|わかり)[^?。]{0,10}\?"
 )
-"""Words at the end of a Japanese question that presupposes its content."""
+"""Words at the end of a Japanese question that treats its content as a fact."""
 
 LINKS = "but|and|so|because|since|while|although|though|however|as|then|due to"
 LINKS_JAPANESE = "(?<=[すただい])(?:が|けれども?|けど|ので|から|ため|し)"

@@ -13,7 +13,7 @@ from analysis.tables.comparison import Comparison
 from foundry.texts import counted
 
 MOST = 12
-"""Maximum number of sentences."""
+"""Maximum number of sentences in a summary."""
 EXPLORES = "Nothing was declared before the runs, so all findings are exploratory."
 HELD_NOT = "No comparison follows the preregistration, so all findings are exploratory."
 

@@ -1,4 +1,4 @@
-"""Path efficiency: how directly agents walked to their places."""
+"""Path efficiency: how directly agents walked to the places that they entered."""
 
 from dataclasses import dataclass
 from functools import lru_cache
