@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass, replace
 
 HIGH, LOW = "high", "low"
-"""The values of `Measure.better`."""
+"""The values of `Measure.better`: whether a high or a low value of a measure is better."""
 _EITHER = re.compile(r"\{([^{}|]*)\|([^{}|]*)\}")
 
 

@@ -27,7 +27,7 @@ HEADLINE = ("persistence", "repeats_beyond_chance", "reversal_rate")
 
 
 def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[str, float]:
-    """Return the values of `MEASURES`, and their denominators.
+    """Return the measures named in `MEASURES`, and the denominators of these measures.
 
     Args:
         choice: index of the requested action by step and agent, (T, N); STAY if the agent is idle.
@@ -53,7 +53,7 @@ def repeats(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[st
 
 
 def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray) -> float:
-    """Return the share of equal pairs if each agent took its counted actions in random order; NaN without pairs.
+    """Return the share of repeats expected if each agent took its counted actions in random order; NaN without pairs.
 
     `choice` and `counted` are as in `repeats`; `pairs` tells whether a decision and the next one count, (T - 1, N).
     """

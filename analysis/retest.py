@@ -1,8 +1,8 @@
 """Test-retest consistency: whether a model gives the same answer when it gets a prompt again.
 
 It describes the model, not the world, and needs several runs that differ only in `sampling_seed`. Such runs have equal
-prompts until answers differ, and perhaps again later. Prompts are equal if the log of calls has the same text and
-images for them. So the measure is based on prompts that happened to repeat, most of them early in the runs.
+prompts until their answers differ; later prompts may be equal again. Prompts are equal if the log of calls has the same
+text and images for them. So the measure is based on prompts that happened to repeat, most of them early in the runs.
 """
 
 import hashlib
@@ -56,7 +56,6 @@ def retest(sweeps: Iterable[SweepFolder], runs: Collection[str] | None = None) -
 
 
 def _group_of(folder: RunFolder) -> str:
-    """Return a text that is equal for runs that differ only in `sampling_seed`."""
     config = folder.config()
     parts = {name: config[name] for name in ("world", "prompt", "seed")} | {"model": without_servers(config["model"])}
     return json.dumps(parts, sort_keys=True, default=str)

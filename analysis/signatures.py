@@ -2,15 +2,15 @@
 
 A module defines
 
-- `NAME`: the prefix of its columns;
+- `NAME`: the prefix of the signature's columns;
 - `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. The annotation of `run`
   selects the runs: of one form, or with `AnyRun` of every form. An undefined value is NaN, never 0. Counts that are
   denominators are named `n_...`. The names must not depend on events in the run;
 - `MEASURES`: the title, range and null (if any) of each measure; a `*` stands for the name of a place or another
   configured thing;
-- `HEADLINE`: the measures in its plot and in the short table, in order; names may contain `*`. By default the first is
-  tested. So no headline measure may differ between policies that do not differ in the signature's subject;
-  `tests/analysis/test_nulls.py` plays such policies;
+- `HEADLINE`: the measures in its plot and in the short table, in order; names may contain `*`. By default the first
+  headline measure is tested. So no headline measure may differ between policies that do not
+  differ in the signature's subject; `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
 - optionally `applies(run) -> bool`, for signatures of only some worlds of the form. It says whether the run's world is
   among them, by its declarations and settings and never by events in the run;
@@ -24,7 +24,8 @@ for a form and a module for any form with this name, the form's own module measu
 Every measure exists twice: over all decisions as `<signature>.<measure>`, and over readable decisions (outcome `chosen`
 or `repaired`) as `<signature>.<measure>_readable`. A module uses only the decisions in `run.counted` and
 `run.message_counted`. Means over states weight each state by the number of counted decisions that led to it. A value of
-one agent in a state counts if the agent's own counted decision led there. In a pair of decisions, both must count.
+one agent in a state counts if the agent's own counted decision led there. A pair of decisions counts if both decisions
+count.
 """
 
 import math
@@ -77,12 +78,12 @@ class Signature:
 
     @property
     def readable_too(self) -> bool:
-        """True if it also has measures over readable decisions only."""
+        """True if the signature also has measures over readable decisions only."""
         return any(one.readable_too for one in self.parts)
 
     @cached_property
     def measures(self) -> Mapping[str, Measure]:
-        """Its measures, by name."""
+        """The measures of the signature, by name."""
         return {name: one.measures[name] for one in reversed(self.parts) for name in one.measures}
 
     @property
@@ -146,7 +147,7 @@ class Signature:
         ]
 
     def _means(self, pattern: str, measure: str) -> bool:
-        """Return whether a pattern is the longest one that a measure matches."""
+        """Return whether a measure matches a pattern, and no longer pattern of this signature."""
         start, star, _ = pattern.partition("*")
         if not star:
             return measure == pattern
@@ -190,7 +191,9 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
 def corrected(
     run: Any, measures: Mapping[str, float], corrections: Mapping[str, Correction]
 ) -> tuple[dict[str, float], dict[str, FloatArray]]:
-    """Return a run's measures corrected by people's labels, and for measures that use copies their values by copy.
+    """Return a run's measures, corrected by people's labels.
+
+    The second result has the value in each copy, for measures that use copies.
 
     The uncorrected measure gets a name with the suffix UNCORRECTED.
 
@@ -244,7 +247,9 @@ def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[s
 
 
 def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict[str, str]]:
-    """Return a row per form and signature with the origin of its code; labels are included only if measured.
+    """Return a row per form and signature with the origin of its code.
+
+    Signatures of labels are included only if `measures` names one of their measures.
 
     The keys are `form`, `signature`, `origin` (`foundry`, or your own file or package), `module` (its full name, or the
     name of your file), and `sha256` of its code.

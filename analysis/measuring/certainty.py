@@ -1,9 +1,9 @@
 """Computes the certainty of decisions from the log-probabilities that `model.logprobs` records.
 
-`steps.parquet` then has three more columns. `probability` is that of the decision, and `entropy` is in bits, both among
-the declared labels; `covered` is the total probability of these labels. The columns are empty if no single token
-decides: for a number, for a label that occurs several times or never in the reply, and for labels with a common
-beginning.
+`steps.parquet` then has three more columns. `probability` is the share of the chosen label in the total probability of
+the declared labels. `entropy` is over these labels, in bits; `covered` is their total probability. The columns are
+empty if no single token decides: for a number, for a label that occurs several times or never in the reply, and for
+labels with a common beginning.
 """
 
 from collections.abc import Iterable
@@ -29,7 +29,7 @@ def keeps_logprobs(folder: RunFolder) -> bool:
 
 
 def columns_of(runs: Iterable[RunFolder]) -> list[pa.Schema]:
-    """Return the three columns, if the log-probabilities of any of the runs were recorded."""
+    """Return the columns of certainty, if the log-probabilities of any of the runs were recorded."""
     return [COLUMNS] if any(map(keeps_logprobs, runs)) else []
 
 
@@ -52,7 +52,7 @@ def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | Non
 
 
 def with_certainty(steps: pa.Table, probabilities: Probabilities | None) -> pa.Table:
-    """Add the three columns to the steps of a run, if its probabilities are known."""
+    """Add the columns of certainty to the steps of a run, if its probabilities are known."""
     if probabilities is None:
         return steps
     for field in COLUMNS:

@@ -108,7 +108,7 @@ class Memory:
 
     @contextmanager
     def _giving_up(self) -> Iterator[None]:
-        """Use the file; after a failure never use it again, because each try would wait for the other process."""
+        """Use the file of the cache; never again after a failure, since each try would wait for another process."""
         try:
             yield
         except sqlite3.Error:

@@ -131,7 +131,7 @@ class RunResult:
         return replace(self, steps=None, events=())
 
     def without_measures(self) -> RunResult:
-        """Return the result without measures, which need not be kept once they are in a table."""
+        """Return the result without measures, to free memory once a table holds the measures."""
         return replace(self, measures=_NONE, copies={})
 
 

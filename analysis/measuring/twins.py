@@ -14,7 +14,7 @@ _IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 
 
 def beyond_twins(results: Sequence[RunResult]) -> list[RunResult]:
-    """Add to each run that has a twin the differences from it, which the form's `Twin` names.
+    """Add differences from the twin to each run that has one; the form's `Twin` names the measures.
 
     A twin is also compared with itself, so its differences are 0.
     """
@@ -34,7 +34,6 @@ def _is_told(twin: Twin, result: RunResult) -> bool:
 
 
 def _pair(twin: Twin, result: RunResult) -> str:
-    """Return a key that is equal for a run and its twin."""
     parts: dict[str, Any] = {key: result.config.get(key) for key in _IDENTITY}
     parts["world"] = {key: value for key, value in parts["world"].items() if key != twin.setting}
     parts["model"] = {key: value for key, value in parts["model"].items() if key != "server"}

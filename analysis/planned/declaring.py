@@ -1,4 +1,4 @@
-"""Makes the declaration before the runs: measures with their code, tests, and looks with their levels."""
+"""Makes the declaration before the runs: measures and their code, tests, and the level of the test at each look."""
 
 import datetime
 import math

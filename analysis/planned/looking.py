@@ -76,7 +76,7 @@ def said(sizes: Sequence[int]) -> str:
 
 
 def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:
-    """Yield a look at each tested pair of groups, with the largest number of pairs of seeds among its measures."""
+    """Yield a look for each tested pair of groups; its size is the largest number of pairs of seeds in any measure."""
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     tested = contrasts[contrasts["p"].notna()]
     for pair, pairs in tested.groupby(list(_PAIR), sort=False)["n_pairs"].max().items():

@@ -42,7 +42,7 @@ class Scale:
 
     @property
     def marks(self) -> list[float]:
-        """The known values among `null` and `best`."""
+        """The values `null` and `best` of the scale, without NaN."""
         return [value for value in (self.null, self.best) if not math.isnan(value)]
 
 

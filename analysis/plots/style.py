@@ -69,7 +69,7 @@ def line(index: int, *, baseline: bool = False) -> Any:
 
 
 def settings(columns: int) -> Any:
-    """Return RC with the fonts of this machine, and a width of the given number of columns of a paper."""
+    """Return the settings RC of matplotlib, with this machine's fonts and figures of 1 or 2 columns of a paper."""
     return RC | {"font.family": list(families()), "figure.figsize": (WIDTHS_IN[columns], 3.0)}
 
 

@@ -33,7 +33,7 @@ class MomentKey(NamedTuple):
 
 
 Chosen: TypeAlias = dict[MomentKey, Counter[str]]
-"""Count of each choice by moment. Counts from probabilities add up to `foundry.storing.probed.ANSWERS`."""
+"""Count of each choice by moment. Probabilities are scaled to counts with the sum `foundry.storing.probed.ANSWERS`."""
 
 
 class Asked(NamedTuple):
@@ -63,7 +63,7 @@ class Change:
 
     @property
     def is_edit(self) -> bool:
-        """True if it is an edit that does not set a quantity."""
+        """True if the observation is edited, but the edit does not set a quantity."""
         return self.name != NONE and not self.moves
 
     def carried(self, counts: Counter[str]) -> Counter[str]:

@@ -24,7 +24,7 @@ from foundry.texts import counted
 
 Row = Mapping[Any, Any]
 EDIT, FORMAT = "edit", "format"
-"""The factors of a probe, in addition to the model."""
+"""The factors that a probe compares besides the model: edits of the observation and formats of the prompt."""
 _BY_LEAVES = {
     "invariance": "decides differently, though it should not,",
     "cause": "decides differently",
@@ -71,7 +71,10 @@ def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
 
 
 def named(row: Row) -> dict[str, str]:
-    """Return the measure and the compared sides of a row of `agreement`, `edits` or `formats`, as in contrasts."""
+    """Return the measure and both compared sides of a row of `agreement`, `edits` or `formats`.
+
+    The keys are columns of the table of contrasts.
+    """
     if "first" in row:
         measure = f"distance of {row['first']} and {row['second']}"
         return {"measure": measure, "factor": MODEL, "level": row["first"], "reference": row["second"], "context": ""}
@@ -107,7 +110,7 @@ def _says(row: Row) -> str:
 
 
 def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]]:
-    """Yield factor, level and context of the sides of contrasts that use these answers."""
+    """Yield the factor, level and context of each contrast in which these answers are one side."""
     if edit == written == NONE:
         yield MODEL, model, ""
     if written == NONE:

@@ -60,7 +60,7 @@ class Formatted:
         return self.counts[..., self.choices.index(choice)]
 
     def by_seed(self, values: FloatArray) -> FloatArray:
-        """Average values, (moments, ...), over the moments of each seed; return (seeds, ...)."""
+        """Return the mean of values (moments, ...) over the moments of each seed, (seeds, ...)."""
         return np.stack([values[self.seeds == seed].mean(axis=0) for seed in np.unique(self.seeds)])
 
 
@@ -148,7 +148,7 @@ def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
 
 
 def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
-    """Return the shares of a choice after random redistributions, as means by seed, (draws, seeds, formats)."""
+    """Redistribute answers among formats at random; return the mean share of a choice, (draws, seeds, formats)."""
     shares = _dealt(counts, found.asked, rng) / found.asked[:, None]
     return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 

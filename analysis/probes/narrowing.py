@@ -15,7 +15,7 @@ from foundry.records import NOT_JSON
 
 _KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
-"""Keys with the reference `none`, which the filter `only` always keeps."""
+"""Keys whose value `none` is the reference of comparisons; the filter `only` never removes it."""
 Values: TypeAlias = Mapping[str, Set[str]]
 """The values of an answer that a filter may name, by key."""
 Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]

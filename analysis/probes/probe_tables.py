@@ -76,7 +76,7 @@ class ProbeAnalysis:
 
     @cached_property
     def findings(self) -> tuple[FindingRecord, ...]:
-        """The comparisons, largest first, as in `findings.json`."""
+        """The comparisons with a difference above 0, the largest first, as in `findings.json`."""
         above = self.contrasts[self.contrasts["difference"] > 0]
         return tuple(records_of(findings(above.to_dict("records")), self.sides, _Elsewhere()))
 

@@ -32,7 +32,7 @@ class Material:
 
     @property
     def shown(self) -> tuple[Shown, ...]:
-        """The groups, baselines last."""
+        """The groups of runs; the baselines are last."""
         return self.analysis.shown
 
     @property

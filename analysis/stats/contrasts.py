@@ -137,7 +137,7 @@ def _count(paired: Paired) -> IntArray:
 
 
 def _later(seen: Paired, paired: Paired) -> list[str]:
-    """Return, for each row, the difference over all seeds in words; "" if its look already used all seeds."""
+    """Return each row's difference over all seeds in words; "" if the row was tested with all its seeds."""
     texts = np.full(len(paired.pair), "", dtype=object)
     rows = np.flatnonzero(_count(seen) < _count(paired))
     whole = paired.of_rows(rows).estimates()

@@ -57,5 +57,5 @@ def most_beyond(within: int, n: int) -> float:
 
 
 def are_within(differences: FloatArray, size: FloatArray) -> BoolArray:
-    """Return a mask (R, S) of the |differences| that do not exceed the size of their row (R,), apart from rounding."""
+    """Return whether each |difference| (R, S) is at most the size of its row (R,), apart from rounding."""
     return np.asarray(np.abs(differences) <= size[:, None] * (1 + _ROUNDING) + _ROUNDING)

@@ -209,7 +209,7 @@ def swap_p(first: FloatArray, second: FloatArray) -> float:
 
 
 def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
-    """Return what swaps change between m pairs and the first `count` of them (m, count).
+    """Return how swaps change the distances between m pairs and the first `count` pairs, (m, count).
 
     The whole matrix is symmetric, so each pair beyond the first `count` counts twice.
     """

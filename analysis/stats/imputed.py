@@ -6,7 +6,7 @@ from analysis.arrays import FloatArray
 
 
 def variance_of_copies(differences: FloatArray) -> float:
-    """Return how much m copies add to the variance of the mean difference over seeds.
+    """Return by how much the variance of the mean difference over seeds grows because m copies differ.
 
     Each copy has a mean difference. W is the mean of the variances of these means, and B is the variance of these means
     between copies. V is the variance of the mean of the differences that were first averaged over copies. The result is
@@ -30,7 +30,7 @@ def variance_of_copies(differences: FloatArray) -> float:
 
 
 def widened(differences: FloatArray, added: FloatArray) -> FloatArray:
-    """Spread differences (R, S) around their mean, so that the variance of each row's mean grows by `added` (R,).
+    """Spread differences (R, S) around their mean, so that each row's mean has a variance larger by `added` (R,).
 
     Then every test and interval over seeds includes the uncertainty of the copies.
     """

@@ -38,7 +38,10 @@ _STUDENT_95 = (
     2.0369333434601016, 2.0345152974493383, 2.0322445093177186, 2.030107928250343, 2.0280940009804502,
     2.0261924630291093, 2.0243941639119694, 2.022690920036761, 2.021075390306273,
 )  # fmt: skip
-"""Two-sided quantiles of Student's t at LEVEL, from one degree of freedom on; `scipy.special` takes long to import."""
+"""Two-sided quantiles of Student's t at LEVEL, for 1, 2, ... degrees of freedom.
+
+They are listed because `scipy.special` takes long to import.
+"""
 _NORMAL_95 = 1.959963984540054
 """The same quantile of the normal distribution."""
 _ROUNDING = 1e-12
@@ -80,7 +83,7 @@ class Estimates:
 
     @classmethod
     def joined(cls, parts: "Sequence[Estimates]") -> "Estimates":
-        """Join the rows of one or more estimates."""
+        """Return one object with the rows of all parts."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     def row(self, index: int) -> Estimate:
@@ -207,7 +210,7 @@ def _parts(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
 
 
 def _ends_of_t(scaled: FloatArray, level: float) -> FloatArray:
-    """Return two quantiles of t, lower and upper (rows, 2), over resamples of standardised values (rows, n)."""
+    """Return the lower and upper quantiles of t (rows, 2) over resamples of standardised values (rows, n)."""
     n = scaled.shape[1]
     weights = _resamples(n)
     means = scaled @ weights.T / n

@@ -50,7 +50,7 @@ def signs_of_simulations(n: int, level: float, rng: np.random.Generator) -> Floa
 
 
 def over_pairs(p: FloatArray, pair: IntArray) -> FloatArray:
-    """Correct p values that were already corrected within each pair for the number of pairs, too (R,).
+    """Correct p values for the number of pairs (R,), after they were corrected within each pair.
 
     As in Holm's method, a p is multiplied by the number of pairs that are left. A pair is left as long as any of its
     measures has a p that is at least as large; otherwise its other measures would err more often than the level allows.

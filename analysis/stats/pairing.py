@@ -50,7 +50,7 @@ class Paired:
 
     @property
     def difference(self) -> FloatArray:
-        """Differences of the complete pairs (R, S), spread by `added`; NaN elsewhere."""
+        """Differences of the complete pairs (R, S); `added` widens their variance. NaN for incomplete pairs."""
         return widened(self.level - self.reference, self.added)
 
     def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
@@ -64,7 +64,7 @@ class Paired:
         return replace(self, **{name: getattr(self, name)[:, seeds] for name in by_seed})
 
     def where(self, seen: BoolArray) -> Paired:
-        """Return the pairs of only the given seeds of each row (R, S); the other seeds count as not planned."""
+        """Return the pairs of the seeds that `seen` marks in each row (R, S); other seeds count as not planned."""
         level, reference = (np.where(seen, values, np.nan) for values in (self.level, self.reference))
         missing, undefined = self.missing & seen, self.undefined & seen
         return replace(self, level=level, reference=reference, missing=missing, undefined=undefined)
@@ -140,7 +140,7 @@ def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
 def _sides(
     values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]
 ) -> tuple[tuple[FloatArray, FloatArray], BoolArray, BoolArray]:
-    """Return the values of both groups (R, S) each, which pairs lack a run, and which are undefined (R, S)."""
+    """Return the values of both groups, whether each pair lacks a run, and whether it is undefined; each (R, S)."""
     first, second = (values.values[group, :, measure] for group in groups)
     lacking = np.isnan(first), np.isnan(second)
     complete, asked = values.complete[groups], values.asked[groups]
@@ -181,7 +181,7 @@ def mean_where(values: FloatArray, chosen: BoolArray) -> FloatArray:
 
 
 def bounds(paired: Paired) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the greatest mean difference (R,) that any values of the missing runs could give.
+    """Return the least and the greatest mean difference (R,) that is possible, as missing runs may have any value.
 
     They are NaN if no run is missing, or if the values of the measure have no limits.
     """
@@ -223,7 +223,7 @@ def hedges_correction(freedom: int) -> float:
 
 
 def are_outcomes(values: FloatArray) -> BoolArray:
-    """Return which measures of values (..., M) have both values 0 and 1 and no others (M,); NaN are ignored."""
+    """Return whether each measure of values (..., M) takes 0 and 1 and nothing else (M,); NaN is ignored."""
     flat = values.reshape(-1, values.shape[-1])
     zeros, ones = (flat == 0), (flat == 1)
     nothing_else = (zeros | ones | np.isnan(flat)).all(axis=0)

@@ -16,7 +16,7 @@ from analysis.stats.testing import NOT_TESTED, corrected_in_pairs, tested
 from analysis.stats.values import BoolArray, Group, SeedValues
 
 DECLARED, EXPLORATORY = "declared", "exploratory"
-"""The values of the column `claim` of the contrasts."""
+"""The values of the column `claim` in the table of contrasts."""
 _BASELINE = NOT_TESTED + "baseline"
 _TOO_EARLY = NOT_TESTED + "before the first look"
 
@@ -50,7 +50,7 @@ class Plan:
         return np.array([known[pair.level] and known[pair.reference] for pair in paired.pair], dtype=np.bool_)
 
     def at_looks(self, values: SeedValues, paired: Paired) -> Iterator[Paired]:
-        """Yield the pairs at each reached look."""
+        """Yield, for each reached look, the pairs of the seeds up to this look."""
         for n in self.looks[: self.reached]:
             yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
 
@@ -124,7 +124,9 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
 def equivalence(
     plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray, widest: FloatArray
 ) -> dict[str, Any]:
-    """Return the columns `p_equivalence` (NaN if equality is not tested) and `look_same`, the look that decides it.
+    """Return two columns: `p_equivalence`, and `look_same`, the look at which equality is decided.
+
+    `p_equivalence` is NaN if equality is not tested.
 
     With a plan, p covers all reached looks. It is 1 if a seed differs by more than `widest`.
 

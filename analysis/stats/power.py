@@ -33,7 +33,7 @@ SIMULATED = (6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64)
 """Numbers of seeds for which the test itself is simulated; for more seeds, t tests approximate it well."""
 RESAMPLES = 300
 _FEWER = 0.7
-"""The simulation of the sign-flip test begins at this part of the seeds that a t test needs."""
+"""Simulations of the sign-flip test start with this share of the number of seeds that a t test needs."""
 NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
     "fewer than two pairs",
     "no variation in the pilot",
@@ -47,7 +47,7 @@ COLUMNS = (
 )  # fmt: skip
 """The columns of the written plan, in their order."""
 _OF_PILOT = ("pairs", "differences")
-"""Further columns for simulations: the number of tested pairs of the factor, and the pilot's differences by seed."""
+"""Further columns for simulations: how many pairs of the factor are tested, and the pilot's difference per seed."""
 PAIR = ("factor", "level", "reference", "context")
 
 

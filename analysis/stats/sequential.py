@@ -1,8 +1,9 @@
 """Computes how small p must be at each of several looks at growing data.
 
-The test statistic of n pairs is treated as a sum of n independent steps of variance 1. Its density is computed from
-look to look (Armitage, McPherson and Rowe 1969). Up to the look at n of N pairs, the share n / N of the error may be
-spent (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well the levels hold for the sign-flip and t tests.
+The test statistic of n pairs is treated as a sum of n independent steps of variance 1. The density of the sum is
+computed from look to look (Armitage, McPherson and Rowe 1969). Up to the look at n of N pairs, the share n / N of the
+error may be spent (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well the levels hold for the sign-flip
+and t tests.
 """
 
 from collections.abc import Sequence
@@ -37,7 +38,7 @@ class _Sums:
         return np.asarray((self.mass * below).sum(axis=1))
 
     def within(self, bound: FloatArray, spread: float) -> "_Sums":
-        """Return the densities of the sums that are within +-bound (A,) after a further step."""
+        """Return the densities of the sums after a further step, for sums between -bound and bound (A,)."""
         count = max(_FEWEST_NODES, round(_NODES_A_STEP * 2 * float(bound.max()) / spread))
         nodes, weights = np.polynomial.legendre.leggauss(count)
         points = bound[:, None] * nodes
@@ -49,7 +50,7 @@ class _Sums:
 
 
 def levels(looks: Sequence[int], alpha: FloatArray) -> FloatArray:
-    """Return the two-sided level of each look (K, A), so that the overall error is alpha.
+    """Return the level of the two-sided test at each look (K, A), so that the error over all looks is alpha.
 
     Args:
         looks: pairs at each look, ascending (K).
@@ -76,7 +77,9 @@ def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> Float
 
 
 def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
-    """Return the least overall error at which a test would be significant at any look so far (R,), or 1.
+    """Return p of each row over all looks so far (R,).
+
+    It is the least error over all looks at which the test would be significant at one of these looks, or 1.
 
     These p values are valid whenever you stop, so they can be corrected for several tests (Liu and Anderson 2008).
 
@@ -98,7 +101,7 @@ def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def _table(looks: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return overall errors (A,), and the levels of the looks for each of them (K, A)."""
+    """Return errors over all looks (A,), and for each error the levels of the tests at the looks (K, A)."""
     decades = np.log10(_MOST / _LEAST)
     error = np.geomspace(_LEAST, _MOST, round(_A_DECADE * decades))
     return error, levels(looks, error)

@@ -16,14 +16,14 @@ DRAWS = 9_999
 _AT_ONCE = 256
 """Number of assignments whose statistics are in memory at once."""
 _ROWS_AT_ONCE = 64
-"""Number of rows whose means under all assignments are in memory at once."""
+"""Number of rows that are computed at once; for each, the means under all assignments are in memory."""
 _TIES = 1e-10
 """Two sums count as equal if they differ by less than this part of the sum of absolute differences."""
 
 
 @lru_cache(maxsize=8)
 def assignments(n: int) -> npt.NDArray[np.int8]:
-    """Return assignments of the signs +1 and -1 (draws, n).
+    """Return assignments of signs, +1 or -1, to n differences, (draws, n).
 
     Up to n = EXACT_UP_TO, these are all assignments with a first sign +1, since the others mirror them. Above, they are
     DRAWS random assignments, the same each time.
@@ -46,7 +46,9 @@ def sign_blocks(n: int) -> Iterator[FloatArray]:
 
 
 def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
-    """Return p of statistics (rows,), from blocks (rows, draws) with the statistics under all assignments.
+    """Return p of the observed statistics (rows,), given the statistics under all assignments of signs.
+
+    Each block (rows, draws) has the statistics under some of the assignments.
 
     If assignments are random, the actual data counts as one of them.
     """
@@ -75,7 +77,7 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
 
 
 def sign_flip_interval(differences: FloatArray, level: float = 0.95) -> tuple[FloatArray, FloatArray]:
-    """Return the interval of the shifts of each row that the two-sided test does not reject: both ends (rows,).
+    """Return both ends (rows,) of the interval of mean differences that the two-sided test does not reject.
 
     A shift d below the mean is at least as extreme under the assignments in which the mean of the flipped values, or of
     the other values, is at most d. So the ends are order statistics of means of parts. They are infinite for n < 6.

@@ -20,7 +20,7 @@ BASELINE = "baseline"
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 Group: TypeAlias = tuple[str, ...]
-"""The values of the columns that define a group."""
+"""A group of runs, given by its values in the columns that define groups, such as its model and prompt."""
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,7 @@ def _component(cells: _Cells, full: "_Fit", name: str, residual: FloatArray) -> 
 
 @dataclass(frozen=True)
 class _Fit:
-    """A least-squares fit of additive effects.
+    """A least-squares fit of values as a sum of effects, such as one of the model and one of the seed.
 
     The component with the most levels, such as the seed, is absorbed: its effects are the means of its levels, and the
     other components explain the deviations from these means. So no matrix grows with the square of its levels.

@@ -52,7 +52,10 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
 
 
 def swept_columns(table: SignatureTable) -> pd.DataFrame:
-    """Return the columns that define groups, from the table alone: equal names count as equal settings."""
+    """Return the columns that define groups.
+
+    Only the table is read, so worlds, models or prompts with equal names count as equal.
+    """
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 

@@ -14,10 +14,10 @@ from analysis.labelling.correcting import COPIES
 from analysis.measuring.runs import Questions, RunResult
 
 KEYS = ("run", "world", "model", "prompt", "seed", "status")
-"""The first columns of the table."""
+"""The first columns of the table of signatures."""
 
 ANY_PROMPT = "any"
-"""The prompt of a baseline in a sweep over prompts, since scripted policies read no prompt."""
+"""The name of a baseline's prompt if prompts are swept: scripted policies read none, so any prompt fits."""
 
 
 @dataclass(frozen=True)

@@ -203,7 +203,7 @@ def rounded(values: Sequence[float]) -> list[str]:
 def told_by_measure(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> list[dict[Any, Any]]:
-    """Do the same as `told_rows`, but with equal decimals only among the rows of a measure."""
+    """Return rows as `told_rows` does; the rows of one measure have equal decimals, other rows may differ."""
     frame = frame.reset_index(drop=True)
     numbered = frame[["measure", *numbers, *(name for own, ends in intervals.items() for name in (own, *ends))]]
     texts = [

@@ -94,7 +94,7 @@ def _is_number(text: str) -> bool:
 def _lines(
     compared: Comparison, setting: str, at: int
 ) -> Iterator[tuple[str, dict[str, str], list[tuple[float, Estimate]]]]:
-    """Yield each outcome with the other settings of a group, and its estimate at each value of the setting."""
+    """Yield an outcome, the settings of a group except `setting`, and the estimate at each value of `setting`."""
     names = [name for name in compared.group_columns if name != setting]
     for measure in dict.fromkeys(measure for measure, _ in compared.estimates):
         if not compared.describe(measure).outcome:

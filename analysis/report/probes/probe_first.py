@@ -115,7 +115,7 @@ def _card(found: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark
 
 
 def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
-    """Return name and look of a row; a pair of models has the look of its first model."""
+    """Return the name and the marker of a row; a pair of models has the marker of its first model."""
     if row["factor"] != MODEL:
         return marks[row["context"].removeprefix(f"{MODEL}=")]
     first, second = marks[row["level"]], marks[row["reference"]]
@@ -154,7 +154,7 @@ def _shares(rows: pd.DataFrame) -> pd.DataFrame:
 def _replies(
     looked: Looked, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
 ) -> tuple[str, str]:
-    """Return one reply of each side in a moment, if possible with the choice that the side makes most often."""
+    """Return one reply of each side in a moment, if possible a reply with the choice most typical of the side."""
     models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]
     answers = {
         (models[one.model], edits[one.edit]): one.replies

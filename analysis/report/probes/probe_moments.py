@@ -19,7 +19,7 @@ _JPEG = b"\xff\xd8"
 
 
 class Looked(Protocol):
-    """A source of the moments of a probe; moments have numbers."""
+    """A source of the moments of a probe; each moment is found by its number."""
 
     @property
     def models(self) -> Mapping[Any, str]:
@@ -41,7 +41,7 @@ class Looked(Protocol):
 
 @dataclass(frozen=True)
 class Reply:
-    """Several equal replies: their choice, text and number."""
+    """A choice and text that several replies share, with the number of these replies."""
 
     choice: str
     text: str
