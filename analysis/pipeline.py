@@ -162,7 +162,7 @@ class Analysis:
         return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
-        """Return the last lines of an analysis on a terminal; with those already printed, they are at most twenty."""
+        """Return the last lines of an analysis on a terminal: at most twenty, less the `printed` lines."""
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         means = means_of(self.compared, self.declared)
         worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]

@@ -14,7 +14,7 @@ A module defines
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
 - optionally `applies(run) -> bool`, for signatures of only some worlds of the form. It says whether the run's world is
   among them, by its declarations and settings and never by events in the run;
-- optionally `PRIMARY = False`, if it is tested only when declared;
+- optionally `PRIMARY = False`, if the signature is tested only when declared;
 - optionally `LABEL`, the label from which its measures are computed, except the measures in `UNLABELLED`; and
   `correct(run, correction)`, which returns the measures corrected by people's labels.
 
@@ -68,7 +68,7 @@ class Signature:
 
     @property
     def primary(self) -> bool:
-        """True if it is tested by default."""
+        """True if the signature is tested by default."""
         return any(one.primary for one in self.parts)
 
     @property
@@ -271,7 +271,7 @@ def is_readable_only(column: str) -> bool:
 
 
 def is_of_form(column: str, run: type) -> bool:
-    """Return whether the form with this class of runs has its own signature, not that of any form, for a column."""
+    """Return whether the signature of a column has a module for this class of runs, not only one for any form."""
     part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 

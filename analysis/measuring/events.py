@@ -81,4 +81,4 @@ class EventsFile:
 SCHEMA = pa.schema(
     [("run", pa.string()), ("step", pa.int64()), ("agent", pa.int64()), ("event", pa.string()), ("text", pa.string())]
 )
-"""The columns of the file; if there are several sweeps, the column `sweep` comes first."""
+"""The columns of the file of events; if there are several sweeps, the column `sweep` comes before them."""

@@ -175,7 +175,7 @@ def _differences(
     runs = set(frame["run"])
     lacking = sum(runs.isdisjoint(one.runs) for one in declared.conditions)
     if lacking:
-        yield f"{lacking} of its {len(declared.conditions)} conditions are missing"
+        yield f"{lacking} of the {len(declared.conditions)} planned conditions are missing"
     others = [
         key for key, beside in zip(keys, is_baseline(frame), strict=True) if not beside and key not in plan.groups
     ]
@@ -199,7 +199,7 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
     known = len(seeds) - len(further)
     if known and known not in plan.looks:
         tested = f"tested at {plan.looks[plan.reached - 1]}" if plan.reached else "nothing is tested yet"
-        yield f"{known} seeds are not one of its looks ({', '.join(map(str, plan.looks))}): {tested}"
+        yield f"{known} seeds are not a planned look ({', '.join(map(str, plan.looks))}): {tested}"
 
 
 def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:

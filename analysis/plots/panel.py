@@ -125,7 +125,7 @@ def _draw_group(ax: Axes, group: GroupValues, row: int) -> None:
 
 
 def write_undefined(ax: Axes, row: float) -> None:
-    """Write "undefined" in a row."""
+    """Write the word "undefined" in a row of a plot."""
     ax.text(0.02, row, "undefined", transform=ax.get_yaxis_transform(), va="center", color="#888888", size=7)
 
 

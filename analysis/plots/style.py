@@ -9,7 +9,7 @@ FAINT, DARK = "#BBBBBB", "#444444"
 FIRE, PLACE = "#D55E00", "#555566"
 
 WIDTHS_IN = {1: 3.4, 2: 7.0}
-"""Widths of one and two columns of a paper, inches."""
+"""Width of a figure over one column and over two columns of a paper, inches."""
 
 DPI = 300
 

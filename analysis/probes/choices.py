@@ -114,7 +114,7 @@ class Answers:
         return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
-        """Return a subject's choices under an edit and a format; empty if it was not asked."""
+        """Return a subject's choices under an edit and a format; empty if the subject was not asked so."""
         return self.chosen.get(Asked(subject, edit, format), {})
 
     def edited(self) -> Iterator[tuple[Subject, Change]]:

@@ -20,7 +20,7 @@ from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
 
 ALL = "all"
-"""Stands for all kinds of question together, in the column `kind`; only such rows enter the correction of p."""
+"""The value of the column `kind` for all kinds of question together; p is corrected over these rows only."""
 STANDS_OUT = 0.05
 """Level of the test in a single moment."""
 EXCESS_LEVEL = 1 - 2 * ALPHA
@@ -74,7 +74,7 @@ class Compared:
 
 
 def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Compare each pair of subjects without edits; return the names and the comparison of each pair."""
+    """Compare the choices of each pair of subjects in unedited moments; return the pairs' names and comparisons."""
     return [
         (
             {"first": answers.names[first], "second": answers.names[second]},

@@ -54,7 +54,7 @@ class Family:
 
     @classmethod
     def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
-        """Return the family of these models and edits. A model is named as in the tables, or by its tag alone.
+        """Return the family of these models and edits. Name a model as in the tables, or by its tag alone.
 
         Raises:
             InputError: a name is neither a model nor an edit of this probe.
@@ -108,7 +108,7 @@ class Family:
 
 
 EVERYTHING = Family()
-"""The family without names, with which p is corrected over all rows of a table."""
+"""The family that names no models or edits; with it, p is corrected over all rows of a table."""
 
 
 def declared_probe(
@@ -181,5 +181,5 @@ def _differences(plan: Preregistration, folder: SweepFolder) -> Iterator[str]:
     if complete < len(plan.runs):
         yield f"{len(plan.runs) - complete} of {len(plan.runs)} runs are incomplete"
     if further := runs.keys() - plan.runs.keys():
-        yield f"{len(further)} further runs are in the tests"
+        yield f"the tests include {len(further)} runs that are not in the plan"
     yield from other_versions(plan, folder)

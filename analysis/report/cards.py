@@ -181,7 +181,7 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
 def strip_rows(
     marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
 ) -> list[StripRow]:
-    """Return the rows of a strip, from the look of each, its values by seed, and its mean with both interval ends."""
+    """Return a strip's rows, given for each group its marker, its value per seed, and its mean with interval ends."""
     every = [
         *(value for own in values for value in own),
         *(end for own in means for end in own if not math.isnan(end)),

@@ -52,7 +52,7 @@ class Material:
 
     @cached_property
     def basis(self) -> Basis:
-        """The data for methods and references."""
+        """The data from which the methods section and its references are written."""
         return basis_of(self.analysis, self.labelled_by)
 
     @property

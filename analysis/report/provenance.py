@@ -165,7 +165,7 @@ def configs(found: Material) -> list[tuple[str, str]]:
 
 
 def ledger_grid(found: Material) -> Grid:
-    """Return the number of runs with each outcome, by group."""
+    """Return the number of runs of each group by status, such as complete or failed, and its unreadable decisions."""
     rows = [_ledger(shown, found.of(shown)) for shown in found.shown]
     columns = ("group", "runs", "complete", "failed", "missing", "decisions", "unreadable", "unreadable (share)")
     return grid("Runs of each group by outcome, and their unreadable decisions.", columns, rows)

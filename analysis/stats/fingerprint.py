@@ -192,7 +192,7 @@ def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:
 
 
 def swap_p(first: FloatArray, second: FloatArray) -> float:
-    """Return p of the energy distance between points (n, K) that are paired by seed, from swaps within the seeds.
+    """Return p of the energy distance between two groups of points (n, K), from swaps of the points of a seed.
 
     It is exact up to n = 16; for larger n, a fixed random sample of swaps is used.
     """

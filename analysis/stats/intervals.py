@@ -43,7 +43,7 @@ _STUDENT_95 = (
 They are listed because `scipy.special` takes long to import.
 """
 _NORMAL_95 = 1.959963984540054
-"""The same quantile of the normal distribution."""
+"""The two-sided quantile of the normal distribution at LEVEL."""
 _ROUNDING = 1e-12
 """Values that differ by less than this part of the largest value count as equal."""
 

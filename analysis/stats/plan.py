@@ -55,18 +55,20 @@ class Plan:
             yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
 
     def until(self, values: SeedValues, look: IntArray) -> BoolArray:
-        """Return which seeds each row uses at its look (R, S); a row whose look is 0 uses all seeds."""
+        """Return whether each row uses each seed (R, S): the seeds up to the row's look, or all seeds if it is 0."""
         places = {seed: place for place, seed in enumerate(self.seeds)}
         place = np.array([places.get(seed, len(places)) for seed in values.seeds])
         seeds = np.array([np.inf, *self.looks])[look]
         return np.asarray(place < seeds[:, None])
 
     def levels(self, alpha: float) -> FloatArray:
-        """Return NaN, then the level of a single test at each look (K + 1,)."""
+        """Return the level of a single test at each look (K + 1,); index 0, for no look, is NaN."""
         return np.append(np.nan, levels(self.looks, np.array([alpha]))[:, 0])
 
     def over_looks(self, p: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return the least overall error at which a reached look is significant (R,), and the number of this look (R,).
+        """Return p over the reached looks (R,), and the number of the look that gives it (R,).
+
+        Such a p is the least error over all looks at which the row is significant at that look.
 
         Args:
             p: two-sided p at the reached looks (k, R), k >= 1; NaN where nothing was tested.

@@ -302,7 +302,7 @@ def check_wanted(difference: float | None, target: float) -> None:
 
 
 def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
-    """Return the rows of the pilot with their number of pairs, mean and spread of the differences, and family."""
+    """Return a row per contrast of the pilot: number of pairs, mean and spread of the differences, size of family."""
     values, primary = seed_values(table, groups), primary_measures(table.measures, table.present)
     frame = pd.concat([_pilot_rows(values, paired, primary) for paired in pair_up(values)], ignore_index=True)
     tested = frame["headline"] & (frame["sd"] > 0)

@@ -25,13 +25,16 @@ _HALVINGS = 60
 
 @dataclass(frozen=True)
 class _Sums:
-    """Densities of the statistics of A tests that are not yet significant: points (A, Q) with probabilities (A, Q)."""
+    """Distributions of A tests' statistics while no look is significant: points and probabilities, (A, Q) each."""
 
     points: FloatArray
     mass: FloatArray
 
     def beyond(self, bound: FloatArray, spread: float) -> FloatArray:
-        """Return the probability of a sum beyond +-bound (A,) after a step with the given standard deviation (A,)."""
+        """Return the probability (A,) that the sum is outside -bound to bound (A,) after a step.
+
+        `spread` is the standard deviation of the step.
+        """
         from scipy.special import ndtr
 
         below = ndtr((-bound[:, None] - self.points) / spread) + ndtr((self.points - bound[:, None]) / spread)

@@ -30,7 +30,7 @@ Levels: TypeAlias = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class _Cells:
-    """The N cells (pairs of group and seed) in which K measures are defined.
+    """The K measures that are defined in the same N cells; a cell is a pair of group and seed.
 
     Attributes:
         measures: indices of the measures (K,).
@@ -176,7 +176,7 @@ class _Fit:
         return cls(len(counts) + int(kept.sum()), explained, absorbed, counts, design, inverse)
 
     def explained_of(self, levels: Levels) -> float:
-        """Return trace(Z' P Z), with Z the indicators of a component's levels and P the projection of this fit."""
+        """Return trace(Z' P Z); Z indicates a component's level in each cell, and P is the projection of this fit."""
         count = int(levels.max()) + 1
         cells = np.bincount(self.absorbed * count + levels, minlength=len(self.counts) * count)
         within = (cells.reshape(len(self.counts), count) ** 2 / self.counts[:, None]).sum()

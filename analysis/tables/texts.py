@@ -22,7 +22,7 @@ from foundry.texts import as_cell, one_line
 
 _ROUNDING = 1e-12
 _WHOLE = 1_000
-"""Numbers of at least this size are written without decimals."""
+"""Numbers from 1000 on are written without decimals."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
@@ -92,7 +92,7 @@ def _contrast_table(caption: str, rows: Sequence[tuple[str, ...]]) -> Table:
 
 
 def without_empty(table: Table) -> Table:
-    """Leave out the columns of names that are empty in every row."""
+    """Leave out each column of names (not numbers) that is empty in every row."""
     kept = [
         index
         for index in range(len(table.columns))

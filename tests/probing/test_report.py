@@ -66,7 +66,7 @@ def frame(**columns: Any) -> pd.DataFrame:
 
 def test_an_edit_that_changes_every_moment_leaves_none_out():
     edits = frame(edit=["x", "y"], asked=[9, 9], moments=[9, 7])
-    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments, so its numbers leave these out."]
+    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments; its numbers omit these moments."]
 
 
 def test_unread_answers_are_counted_for_each_model_and_counts_of_one_are_not_told():

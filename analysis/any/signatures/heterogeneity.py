@@ -29,8 +29,8 @@ def measure(run: AnyRun) -> dict[str, float]:
     is a step. If agents mostly decide alone in a step, as in turns, a moment is a third of the run.
 
     Lasting differences show in both the first and the last third of the steps. A shuffled agent joins the first third
-    of one agent with the last third of another. A third keeps its order, so shuffled agents have the habits of real
-    agents from step to step. The test is right if habits last no longer than the middle third.
+    of one agent with the last third of another. The order of actions within each third stays, so shuffled agents have
+    the habits of real agents from step to step. The test is right if habits last no longer than the middle third.
 
     - beyond_shuffled: covariance between the agents' mean actions in the two thirds (ddof 1). This is the variance
       between agents, minus its mean over all shuffles. The measure is a share of the variance of actions at a moment.

@@ -152,10 +152,10 @@ def measure(run: GridRun) -> dict[str, float]:
       correction, averaged in the same way. Source: Donnelly 1978.
     - nni_naive: nni_donnelly without the correction; about 1.1 to 1.25 for random positions on small grids.
     - pairs_in_reach: pairs of agents within the communication distance r of each other / pairs, averaged in the same
-      way; 0..1. Whether the two are in the same place does not matter. Multiplied by the area A of the grid, it is
+      way; 0..1. Agents in different places count as a pair, too. pairs_in_reach times the area A of the grid is
       Ripley's K(r) without edge correction.
     - ripley: K(r) = A / (N (N - 1)) * sum over ordered pairs within r of A / ((W - |dx|)(H - |dy|)), cells squared,
-      averaged in the same way; from 0. It has the translation edge correction. Source: Ripley 1977, Ohser 1983.
+      averaged in the same way; from 0. ripley has the translation edge correction. Source: Ripley 1977, Ohser 1983.
     - besag: sqrt(K / pi) - r, cells, averaged in the same way; from -r. Above 0 the agents are clustered at the scale
       r. Source: Besag 1977.
     - besag_excess: besag minus its mean over the random placements, cells. This removes the effect of the grid: a disc

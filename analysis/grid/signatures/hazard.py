@@ -203,10 +203,10 @@ def measure(run: GridRun) -> dict[str, float]:
       without a move. The measure is not 0 for an agent that ignores fires but prefers a direction.
     - difference_matched: share of steps away at the exposed decisions with a control, minus this share at their
       controls; -1..1. The controls of an exposed decision are counted decisions of all agents before its nearest
-      perceived fire burns. At these, the agent has the same distance to the later fire in whole cells (rounded down),
-      and no other fire in sight. All controls of a decision together count as one decision. Controls of the same agent
-      alone would be biased: an agent that is at that distance again later went away less often than others. NaN without
-      controls, for example if the fire burns early or if nobody came so near before.
+      perceived fire burns. At a control, the agent has the same distance to the later fire in whole cells (rounded
+      down), and no other fire in sight. All controls of a decision together count as one decision. Controls of the same
+      agent alone would be biased: an agent that is at that distance again later went away less often than others. NaN
+      without controls, for example if the fire burns early or if nobody came so near before.
     - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are the exposed decisions away and not away,
       c and d the controls away and not away; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) - ln((c +
       .5) / (c + d + .5)). NaN without controls. Both measures are imprecise with few controls. Source: Haldane 1956,
@@ -219,9 +219,9 @@ def measure(run: GridRun) -> dict[str, float]:
     - beta_fire, beta_place, beta_agent: step selection. A conditional logit explains which of the legal directions an
       agent requests, at exposed decisions that request one; occupied cells count as legal. Its covariates are the
       changes of the distance to the nearest perceived fire (Euclidean), to the nearest place and to the nearest other
-      agent (both in moves). Log odds per cell; above 0: away from it. Without places, or with one agent, the covariate
-      is left out. NaN below FEWEST_CHOICES such decisions, or if the likelihood has no maximum. Source: McFadden 1974;
-      Fortin et al. 2005.
+      agent (both in moves). Each beta is in log odds per cell; above 0 for steps away from the object. Without places,
+      or with one agent, the covariate is left out. NaN below FEWEST_CHOICES such decisions, or if the likelihood has no
+      maximum. Source: McFadden 1974; Fortin et al. 2005.
     - latency: restricted mean number of exposed decisions up to an agent's first step away, counted from 1; 1..T.
       Agents that never step away are censored at their last exposed decision. latency is the area under the
       Kaplan-Meier curve from 0 to T. Agents that seldom move have a high latency, whatever the reason.

@@ -87,9 +87,9 @@ def measure(run: GridRun) -> dict[str, float]:
     - alignment: cosine of the angle between two moves, as mean over all pairs of moves; -1..1 (one direction). Equally
       likely, independent directions give 0; agents that keep a direction are above 0. alignment is the unbiased square
       of the resultant length, (n R^2 - 1) / (n - 1). NaN below two moves.
-    - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: direction_bits / 2; 0..1. Both
-      measures are biased low below about 30 moves. Edges limit the moves, so compare them with a random walker in the
-      same states, not with their maximum.
+    - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: direction_bits / 2; 0..1. With
+      fewer than about 30 moves, both measures are too low on average. Edges limit the moves, so compare both measures
+      with a random walker in the same states, not with their maximum.
     - direction_kl: divergence from the uniform distribution, 2 - direction_bits, bits; 0..2.
     - walker_kl: Kullback-Leibler divergence from walker_share_*, bits; from 0.
     - resultant_length: length of the mean of the moves, as unit vectors; 0 (they cancel out)..1 (one direction).
@@ -107,7 +107,8 @@ def measure(run: GridRun) -> dict[str, float]:
       share is the mean over states of 1 / number of legal moves if the direction is legal, else 0.
     - drift_place: change of the distance to the nearest place, in moves (0 inside a place); -1..1. NaN without places.
     - drift_agent: change of the distance to the nearest other agent, in moves; -1..1. The other agent's position before
-      the step counts, since the agent cannot know the next one. Steps of a lone agent are left out. NaN with one agent.
+      the step counts, since the agent cannot know the next one. Steps without another agent are left out. NaN with one
+      agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the change by requested legal moves minus its expectation for
       a blind agent (`walker`); cells per step. The blind agent stays whenever the agent stayed, and otherwise draws
       legal directions by their shares in the run. The measures are 0 for an agent that draws each step independently,

@@ -90,19 +90,19 @@ def measure(run: GridRun) -> dict[str, float]:
     - oracle_reach: social_reach if every agent that has news told all its recorded neighbours at every step; an upper
       bound for the agents' actual paths.
     - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN if the oracle reaches
-      nobody. A low value means that news was not passed on, although agents were near.
+      nobody. A low normalised_reach means that agents did not pass news on to agents near them.
     - relay_probability: told agents that send a warning within RELAY_WITHIN steps after being told / told agents that
       decided on a message in these steps; 0..1. Steps from an agent's first perception of a fire on do not count,
       because it may then warn of what it sees. NaN without such agents.
     - relay_above_chance: relay_probability minus its mean over SHUFFLES shifts of the labels; -1..1. A shift moves the
       labels of an agent's messages in time, in a circle; messages before and after its first sight of a fire are
-      shifted separately. So agents that warn often or in streaks keep that habit. After each shift, it is determined
-      again which agents were told. The measure is 0 if being warned does not make a warning more likely. The measure is
-      also 0 if all messages of each agent are warnings, because a shift changes nothing then. NaN where
-      relay_probability is NaN.
+      shifted separately. So an agent that warns often, or several times in a row, still does so after a shift. After
+      each shift, it is determined again which agents were told. The measure is 0 if being warned does not make a
+      warning more likely. The measure is also 0 if all messages of each agent are warnings, because a shift changes
+      nothing then. NaN where relay_probability is NaN.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning (lowest
       step, then lowest id) to that agent, if the agent is told and had sent no warning before. Otherwise the agent
-      begins a new chain. So the edges form a forest.
+      begins a new chain. So the edges form trees (a forest).
     - depth: edges on the longest path of the forest; 0..N-1.
     - trees: trees of the forest with two agents or more.
     - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;

@@ -99,7 +99,9 @@ def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
         excess=number(gap.excess),
         source=source,
         why=why,
-        alt=f"The view of agent {key.agent}" if has_images else f"The world at step {key.step}, before it decided",
+        alt=f"The view of agent {key.agent}"
+        if has_images
+        else f"The world at step {key.step}, before agent {key.agent} decided",
         prompts=tuple(_text(seen.prompts[prompt]) for prompt in prompts),
         columns=tuple(
             _column(names[one.model], one.replies, one.expected) for one in sorted(seen.answers, key=_place_of_model)

@@ -64,7 +64,7 @@ def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
     for edit, rows in edits.groupby("edit", sort=False):
         asked, changed = int(rows["asked"].max()), int(rows["moments"].max())
         if changed < asked:
-            yield f"{edit} changes nothing in {asked - changed} of {asked} moments, so its numbers leave these out."
+            yield f"{edit} changes nothing in {asked - changed} of {asked} moments; its numbers omit these moments."
 
 
 def unread_grid(moments: pd.DataFrame) -> Grid:
