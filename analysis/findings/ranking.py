@@ -140,8 +140,9 @@ class Finding:
         values = f"{own} against {least}" + (f" to {most}" if least != most else "")
         if len(self.rows) == 1:
             values += f", difference {upright(self.rows[0])}"
+        every = f"every other {self.rows[0]['factor']}"
         several = f"{len(self.rows)} of the {self.compared} others" if len(self.rows) > 2 else self.others(names)
-        return f"{self._claim(sides, names, 'all others' if self.is_of_all else several, contexts)}: {values}"
+        return f"{self._claim(sides, names, every if self.is_of_all else several, contexts)}: {values}"
 
     def _claim(self, sides: Sides, names: Mapping[str, str], others: str, contexts: Mapping[str, str]) -> str:
         level = names.get(self.level, self.level)

@@ -1,4 +1,4 @@
-"""Describes the events of runs in words, and writes those of a sweep to `events.parquet`."""
+"""Describes the events of runs in words, and writes the events of a sweep to `events.parquet`."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path

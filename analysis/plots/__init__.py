@@ -45,7 +45,7 @@ class Drawn:
 
 
 def draw(picture: Picture, *formats: str, columns: int = 1, dense: float = math.inf) -> Drawn:
-    """Draw a picture, with equal bytes each time.
+    """Draw a picture; the same picture always gives the same bytes.
 
     Args:
         picture: the picture.

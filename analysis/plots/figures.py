@@ -61,7 +61,7 @@ def _write_below(figure: Figure, key: Sequence[str]) -> None:
 
 
 def fitting(labels: Sequence[str]) -> Mapping[str, str]:
-    """Return the labels of a heatmap's columns; they are replaced by letters if they would overlap."""
+    """Return the shown labels of a heatmap's columns: the labels, or letters if any labels would overlap."""
     room = _HEAT_IN / len(labels)
     return {label: label for label in labels} if all(lines(one) * LINE_IN < room for one in labels) else keys(labels)
 

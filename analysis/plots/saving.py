@@ -87,7 +87,7 @@ def _slim(tag: str) -> str:
 
 
 def _own_ids(text: str, prefix: str) -> str:
-    """Leave out unused ids, and replace the others by the prefix and a number."""
+    """Remove ids to which nothing in the SVG refers; rename all other ids to the prefix and a number."""
     wanted = dict.fromkeys(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
     names = {name: f"{prefix}{number}" for number, name in enumerate(wanted)}
     text = re.sub(r' id="([^"]*)"', lambda found: f' id="{names[found[1]]}"' if found[1] in names else "", text)

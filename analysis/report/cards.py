@@ -142,7 +142,7 @@ def _compared(found: Material, moment: Moment, base: Path) -> str:
 
 
 def _crop(found: Material, moment: Moment) -> Markup:
-    """Return the surroundings of the agent, which are equal in both runs because the prompts were equal."""
+    """Return a picture of the agent's surroundings in an example moment; both runs had the same prompt there."""
     member = next(one for one in found.members if one.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:

@@ -20,14 +20,14 @@ def _claimed() -> list[Signature]:
 def are_apart(measures: Sequence[str]) -> BoolArray:
     """Return which measures belong to signatures that are tested only if they are declared (M,).
 
-    Their p values are corrected apart from the others, so that they do not change the results of other measures.
+    These measures form a family of their own, so that they do not change the corrected p of other measures.
     """
     names = {one.name for one in discover() if not one.primary}
     return np.array([name.partition(".")[0] in names for name in measures], dtype=np.bool_)
 
 
 def is_denominator(measure: str) -> bool:
-    """Return whether a measure is only the denominator of others, such as `n_moves`."""
+    """Return whether a measure is only a denominator of other measures, such as `n_moves`."""
     return measure.partition(".")[2].startswith("n_")
 
 

@@ -25,8 +25,8 @@ _TIES = 1e-10
 def assignments(n: int) -> npt.NDArray[np.int8]:
     """Return assignments of signs, +1 or -1, to n differences, (draws, n).
 
-    Up to n = EXACT_UP_TO, these are all assignments with a first sign +1, since the others mirror them. Above, they are
-    DRAWS random assignments, the same each time.
+    Up to n = EXACT_UP_TO, these are all assignments whose first sign is +1, since the assignments that begin with -1
+    mirror them. For larger n, these are DRAWS random assignments, the same each time.
     """
     if n <= EXACT_UP_TO:
         bits = np.arange(2 ** (n - 1))[:, None] >> np.arange(n - 1)[None, :] & 1

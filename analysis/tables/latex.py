@@ -1,8 +1,8 @@
 """Writes tables in LaTeX that are no wider than a line.
 
-A table that does not fit has smaller letters and columns of equal width, and its texts are wrapped. Constant columns
-are moved to the caption. Columns of numbers that find no room are moved below the others, beside the names of their
-rows.
+A table that is too wide gets smaller letters, and columns of equal width with wrapped texts. Columns with one value in
+all rows are moved to the caption. If columns of numbers still do not fit, they follow below the table, beside the names
+of the rows.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -88,7 +88,7 @@ def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], meas
 
 
 def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
-    """Return all measures in the order of their first appearance, but those of one signature together."""
+    """Return all measures in the order of their first appearance; measures of one signature stand together."""
     found = list(dict.fromkeys(name for names in kinds for name in names))
     order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
     return sorted(found, key=lambda name: order[name.partition(".")[0]])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts, in which the first `labels` columns contain names, and the others numbers."""
+    """A table of texts: the first `labels` columns contain names, all further columns contain numbers."""
 
     name: str
     caption: str

@@ -146,7 +146,7 @@ def changed(settings: Mapping[str, Any], world: str) -> str:
 
 
 def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
-    """Return the settings for which a value holds, such as ` (at agents=10)`; "" if they are those of the run."""
+    """Return the settings for which a value holds, such as ` (at agents=10)`; "" if the run has the same settings."""
     usual = _settings_of(world)
     for one in form.overrides:
         path, _, value = one.partition("=")

@@ -125,7 +125,7 @@ def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
 def _example(
     moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked
 ) -> tuple[str, tuple[Reply, ...]]:
-    """Return the moment in which a finding's difference is largest, in words, and a reply of each side."""
+    """Return in words the moment in which a finding's difference is largest, and one reply of each side."""
     if finding.factor == FORMAT:
         return "No example moment: prompt formats are compared over all moments.", ()
     if finding.factor == MODEL:
