@@ -20,7 +20,7 @@ def conf_dir() -> Path:
 
 
 def sweeps_dir() -> Path:
-    """Return the folder with the sweeps that have a name, such as `+sweep=first`."""
+    """Return the folder with the files of named sweeps; for example, `+sweep=first` uses `first.yaml`."""
     return shipped("sweeps")
 
 

@@ -68,7 +68,7 @@ def measure(run: AnyRun, label: Label) -> dict[str, float]:
 
 
 def applies(run: AnyRun, label: Label) -> bool:
-    """Return whether a rule, a model or people labelled the texts of a run."""
+    """Return whether the texts of a run have labels, from a rule, a model or people."""
     texts = run.labels.get(label.name)
     return texts is not None and (texts.is_corrected or texts.surrogate is not None)
 

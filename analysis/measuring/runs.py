@@ -139,7 +139,7 @@ _NONE = Values({})
 
 
 def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
-    """Return the columns of the steps of all given runs."""
+    """Return the columns of `steps.parquet` that the given runs need, as one schema per form and declaration."""
     declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
     return [*(form_of(one.form).schema(one) for one in declared.values()), *columns_of(runs)]
 

@@ -32,8 +32,8 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
             if read and len(read) < len(choices):
                 others = ", ".join(str(one) for one in choices if one not in read)
                 raise InputError(
-                    f"The schema for '{question.kind}' lets models choose {others}, but with its settings world "
-                    f"'{scenario.name}' cannot read this. Restrict the schema with "
+                    f"The schema for '{question.kind}' lets models choose {others}. The world '{scenario.name}' "
+                    "does not accept these choices with its present settings. Restrict the schema with "
                     f"schema.{question.kind}.properties.{name}.enum=[{','.join(map(str, read))}], or use no schema "
                     "with model.format=null."
                 )

@@ -77,7 +77,7 @@ class MixedModel(Model):
         return copy
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the population with one member assigned to every agent of the run."""
+        """Return the population in which every agent of the run has a member, by the rules of the population."""
         labels = assign(self.name, self._rules, context.personas, context.seed)
         infos = dict(zip(self._models, context.info.members, strict=True)) if context.info.members else {}
         placed = {

@@ -1,7 +1,8 @@
 """Limits the classes that a record of unknown origin can use, and the servers that it can contact.
 
-A record of unknown origin can use classes of foundry, classes in folders that the user names with `--config-dir`, and
-classes of trusted packages. The record can contact this machine and servers that the user has named.
+A record of unknown origin can name classes that foundry then loads. foundry loads only its own classes, classes in
+folders that the user names with `--config-dir`, and classes of trusted packages. Such a record can make foundry contact
+only this machine and servers that the user has named.
 """
 
 import importlib

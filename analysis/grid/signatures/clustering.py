@@ -161,8 +161,8 @@ def measure(run: GridRun) -> dict[str, float]:
     - besag_excess: besag minus its mean over the random placements, cells. This removes the effect of the grid: a disc
       of cells is not round.
 
-    Denominators: n_states (states with weight), n_group_states (states in which groups are measured), n_isolation
-    (agent-states).
+    Denominators: n_states (states that a counted decision led to), n_group_states (states in which groups are
+    measured), n_isolation (pairs of an agent and a state).
     """
     nothing = dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
     if run.agents < 2:

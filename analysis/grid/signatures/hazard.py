@@ -203,10 +203,10 @@ def measure(run: GridRun) -> dict[str, float]:
       without a move. The measure is not 0 for an agent that ignores fires but prefers a direction.
     - difference_matched: share of steps away at the exposed decisions with a control, minus this share at their
       controls; -1..1. The controls of an exposed decision are counted decisions of all agents before its nearest
-      perceived fire burns. At a control, the agent has the same distance to the later fire in whole cells (rounded
-      down), and no other fire in sight. All controls of a decision together count as one decision. Controls of the same
-      agent alone would be biased: an agent that is at that distance again later went away less often than others. NaN
-      without controls, for example if the fire burns early or if nobody came so near before.
+      perceived fire burns. At a control, the agent is as far from the later fire as at the exposed decision, in whole
+      cells (rounded down), and no other fire is in sight. All controls of a decision together count as one decision.
+      Controls of the same agent alone would be biased: an agent that is at that distance again later went away less
+      often than others. NaN without controls, for example if the fire burns early or if nobody came so near before.
     - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))). a and b are the exposed decisions away and not away,
       c and d the controls away and not away; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) - ln((c +
       .5) / (c + d + .5)). NaN without controls. Both measures are imprecise with few controls. Source: Haldane 1956,

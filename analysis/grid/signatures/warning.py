@@ -79,8 +79,8 @@ def measure(run: GridRun) -> dict[str, float]:
     """Return how far warnings of a fire travel among the agents of a run.
 
     An agent is *told* if it receives a warning before the step of its first perception of a fire, or if it never
-    perceives one. An agent is *direct* if it perceives a fire and is not told. An agent is *informed* if it is told or
-    direct.
+    perceives one. An agent is *direct* if it perceives a fire and is not told. An agent is *informed* if it is *told*
+    or *direct*.
 
     - informed_fraction: informed agents / N; 0..1.
     - social_reach: told agents / (N - direct agents); 0..1. NaN if all are direct.

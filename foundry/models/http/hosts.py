@@ -79,8 +79,9 @@ MEMORY = 50
 LEAST_ANSWERED = 1.0
 """Smallest number of recent answers that is assumed for a host, so that a slow host is tried again."""
 PREFERENCE = 1 / 8
-"""A call leaves the own host of its run only if the load of another host is smaller by more than this share. With less
-than eight calls in flight this share is less than one call, so no slot of another host stays empty.
+"""Every run has a home host. A call goes to another host only if the load of that host is smaller by more than this
+share of the home host's load. With less than eight calls in flight, this share is less than one call, so no slot stays
+empty.
 """
 MOST_HOMES = 128
 """Maximum number of runs for which the host is remembered. It exceeds the number of runs open at the same time."""

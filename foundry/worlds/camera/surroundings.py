@@ -121,7 +121,7 @@ class Surroundings:
         try:
             found = msgspec.json.decode(line, type=CameraEpisode)
         except NOT_JSON as error:
-            raise RecordError(f"The line of an episode.jsonl cannot be read: {error}") from error
+            raise RecordError(f"A line of episode.jsonl cannot be read: {error}") from error
         self.scene.check_digest(found.scene_sha256)
         return found
 

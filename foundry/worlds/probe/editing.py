@@ -1,9 +1,9 @@
 """Finds edits. An edit changes what an agent perceives in a moment, and says how its decision should change.
 
 A user's own edit is a Python file with its name (`NAME`), its kind (`LEAVES`) and a function `edit(question)`. The kind
-states how the decision should change. An edit of invariance should not change the decision. An edit of equivariance
-should change each action to its expected action (`expected(action)`). An edit of a cause removes a possible cause of
-the decision.
+states how the decision should change. After an edit of invariance, the model should decide as before. After an edit of
+equivariance, such as a mirror image, the model should choose the matching action (`expected(action)`). An edit of a
+cause removes a possible cause of the decision.
 
 An edit returns a changed question, or None if there is nothing to change. An edit changes the structured observation
 and the images, never the prompt's text. Shipped edits of a form are in `foundry/worlds/<form>/<form>_edits.py`
