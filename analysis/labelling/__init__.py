@@ -160,7 +160,7 @@ class Labelling:
         return "; ".join(filter(None, [self.doubt(), said, self._uncorrected()]))
 
     def brief(self) -> str:
-        """Return a short note on the labels of warnings and their accuracy."""
+        """Return a short note: who labelled messages as warnings, and how accurate these labels are."""
         found = self.agreement
         said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))

@@ -118,7 +118,7 @@ class Matrix:
 
 
 def matrix(found: Material) -> Matrix:
-    """Return the matrix of the analysis, with the readability and cost of each row."""
+    """Return the matrix of models and worlds, with the readable share and the cost of each row."""
     made = found.analysis.matrix
     known = {shown.group: shown for shown in found.own}
     heads = ("readable", "calls", "tokens", "time")

@@ -241,7 +241,7 @@ def simulated_p(
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
-    """Return the upper bound, with confidence CAUTION, of standard deviations (k,) of n normal values each."""
+    """Return upper confidence bounds (k,) of standard deviations `sd` (k,), each from n normal values, at CAUTION."""
     from scipy.special import chdtri
 
     freedom = np.maximum(n - 1, 1)

@@ -219,7 +219,10 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         ahead.take(one, answered[one][1])
         while whole := ahead.next_round():
             missing = [one for one in whole if one not in answered or one in opened]
-            require(not missing, f"next_round() contains {missing[:1]}, which has no answer yet: wait for it")
+            require(
+                not missing,
+                f"next_round() returned question {missing[:1]}, which has no answer yet; wait for all answers",
+            )
             questions = tuple(answered[one][0] for one in whole)
             records = world.advance([answered[one][1] for one in whole])
             turns.append(Turn(questions, tuple(records), world.step))

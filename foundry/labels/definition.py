@@ -195,7 +195,7 @@ def _judge(question: str, choices: Sequence[str]) -> str:
 def _check(where: str, choices: Sequence[Any], known: _File) -> None:
     """Reject an empty question, unusable choices, and patterns that are no regular expressions."""
     if not known.question.strip():
-        raise InputError(f"{where}: the question is empty. Write a question about a text.")
+        raise InputError(f"{where}: `question` is empty. Write the question that is asked about each text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
         raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Use at least two different choices.")
     if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):

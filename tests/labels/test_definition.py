@@ -68,7 +68,7 @@ def test_a_label_of_ones_own_needs_a_question_alone_and_unquoted_yes_and_no_are_
     ("name", "content", "reason"),
     [
         ("polite", "choices: [yes, no]", "required field `question`"),
-        ("polite", "question: ' '", "the question is empty"),
+        ("polite", "question: ' '", "`question` is empty"),
         ("polite", "question: Q\nchoises: [a, b]", "unknown field `choises`"),
         ("polite", "question: Q\nchoices: [a]", "Use at least two different choices"),
         ("polite", "question: Q\nchoices: [a, a]", "Use at least two different choices"),

@@ -160,7 +160,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
     NaN if all agents have the same value, if no two agents do, or if all agents always act alike. Only agents that are
     asked the same kinds of questions are compared; each kind weighs by its number of decisions. Denominator: n_agents,
-    the agents with a persona and with actions at the same moments as others.
+    the agents that have a persona and that act in the same steps as at least one other agent.
 
     Source: Kelley 1935 (epsilon squared) for the share beyond chance; Pitman 1937 for the shuffles.
     """

@@ -43,8 +43,8 @@ def measure(run: GridRun) -> dict[str, float]:
     An agent-state is one agent in one state; it counts if a counted decision of the agent led to the state. A state
     weighs by the number of such decisions.
 
-    - share_<place>: agent-states in place k / agent-states, that is, the mean of x_k / N; 0..1. share_outside:
-      agent-states outside all places / agent-states.
+    - share_<place>: share of the agent-states that are in place k, which is the mean of x_k / N; 0..1. share_outside:
+      share of the agent-states that are in no place.
     - first_choice_<place>: agents that enter place k first / agents that enter any place; 0..1. An agent enters a place
       if it is there at state t but not at t - 1. NaN if nobody enters.
     - switch_rate: entries into a place other than the agent's previous one / agent-states in places; 0..1. NaN if

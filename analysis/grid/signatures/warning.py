@@ -92,8 +92,8 @@ def measure(run: GridRun) -> dict[str, float]:
     - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN if the oracle reaches
       nobody. A low normalised_reach means that agents did not pass news on to agents near them.
     - relay_probability: told agents that send a warning within RELAY_WITHIN steps after being told / told agents that
-      decided on a message in these steps; 0..1. Steps from an agent's first perception of a fire on do not count,
-      because it may then warn of what it sees. NaN without such agents.
+      decided on a message in these steps; 0..1. As soon as an agent perceives a fire, its
+      steps do not count, because it may then warn of what it sees. NaN without such agents.
     - relay_above_chance: relay_probability minus its mean over SHUFFLES shifts of the labels; -1..1. A shift moves the
       labels of an agent's messages in time, in a circle; messages before and after its first sight of a fire are
       shifted separately. So an agent that warns often, or several times in a row, still does so after a shift. After

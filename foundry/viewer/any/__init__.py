@@ -1,4 +1,4 @@
-"""The view of runs of any form, with the parts that all forms share."""
+"""Shows a run of any form on the page, without what is special to a form."""
 
 from foundry.viewer.any.any_view import AnyView
 from foundry.viewer.forms import FormView

@@ -100,7 +100,7 @@ def test_labels_to_an_earlier_wording_of_a_question_are_not_mixed_with_those_to_
     label_all(talk, label_named("polite"), "ana", lambda one: "yes")
     assert "polite" in set(labellers(talk)["label"]) or labellers(talk).empty
     (mine / "polite.yaml").write_text("question: Is it friendly?\n", encoding="utf-8")
-    assert "another wording of the question 'polite'" in refusal(
+    assert "an earlier wording of the question 'polite'" in refusal(
         "play", str(talk.path), "--label", "polite", "--config-dir", str(tmp_path / "mine"), cwd=tmp_path
     )
     assert labellers(talk).empty

@@ -25,7 +25,7 @@ BEARINGS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """The default amounts and the largest amounts of a command; None means no limit.
+    """Distances and angles that a command has by default and at most; None means no limit.
 
     Attributes:
         max_distance_m: largest distance of a translation.
