@@ -59,7 +59,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ):
             asked = (*ASKED, *OPENLY, *more, *QUIET, f"output.dir={name}")
             printed = done(*asked, cwd=folder, OPENAI_BASE_URL=server.base_url)
-            assert ("one where probabilities replace all repeats" in printed) == (name != "repeated")
+            assert ("one for all repeats where probabilities suffice" in printed) == (name != "repeated")
     return folder
 
 
@@ -93,6 +93,7 @@ def test_models_are_as_far_apart_as_their_probabilities_with_a_floor_of_many_ans
 def test_after_drawn_words_repeats_are_asked_and_the_analysis_says_which(folder: Path):
     moments = moments_of(folder / "reasoned")
     assert moments["count"].sum() == 2 * MOMENTS * REPEATS and set(moments["by"]) == {"repeats"}
+    moments_of(folder / "told")
     lead = (folder / "told" / "analysis" / "summary.md").read_text()
     assert f"{2 * MOMENTS} of {2 * MOMENTS} sets of choices come from the probabilities of one reply" in lead
 
