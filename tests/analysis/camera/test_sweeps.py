@@ -50,7 +50,7 @@ def test_decisions_that_do_not_follow_on_one_another_are_refused(camera):
     with pytest.raises(RecordError, match="one line per decision"):
         read_run(recorded.folder, type(records)(records.episode, records.steps[1:], []))
     episode = msgspec.structs.replace(records.episode, start=Pose(9.0, 9.0, 0.0, 0.0, 0.0))
-    with pytest.raises(RecordError, match="does not start where"):
+    with pytest.raises(RecordError, match="does not start at the pose where"):
         read_run(recorded.folder, type(records)(episode, records.steps, []))
 
 
