@@ -168,7 +168,7 @@ def ledger_grid(found: Material) -> Grid:
     """Return the number of runs of each group by status, such as complete or failed, and its unreadable decisions."""
     rows = [_ledger(shown, found.of(shown)) for shown in found.shown]
     columns = ("group", "runs", "complete", "failed", "missing", "decisions", "unreadable", "unreadable (share)")
-    return grid("Runs of each group by outcome, and their unreadable decisions.", columns, rows)
+    return grid("Runs of each group by status, and the unreadable decisions of these runs.", columns, rows)
 
 
 def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ class Plan:
     def over_looks(self, p: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return p over the reached looks (R,), and the number of the look that gives it (R,).
 
-        Such a p is the least error over all looks at which the row is significant at that look.
+        The p of a row is the least error over all looks for which the row is significant at one of the reached looks.
 
         Args:
             p: two-sided p at the reached looks (k, R), k >= 1; NaN where nothing was tested.

@@ -31,7 +31,7 @@ class _Sums:
     mass: FloatArray
 
     def beyond(self, bound: FloatArray, spread: float) -> FloatArray:
-        """Return the probability (A,) that the sum is outside -bound to bound (A,) after a step.
+        """Return the probability (A,) that no earlier look was significant and the next sum is beyond the bound.
 
         `spread` is the standard deviation of the step.
         """
@@ -41,7 +41,7 @@ class _Sums:
         return np.asarray((self.mass * below).sum(axis=1))
 
     def within(self, bound: FloatArray, spread: float) -> "_Sums":
-        """Return the densities of the sums after a further step, for sums between -bound and bound (A,)."""
+        """Return the sums after a further step with their probabilities, for sums between -bound and bound (A,)."""
         count = max(_FEWEST_NODES, round(_NODES_A_STEP * 2 * float(bound.max()) / spread))
         nodes, weights = np.polynomial.legendre.leggauss(count)
         points = bound[:, None] * nodes

@@ -61,7 +61,7 @@ def sentences(frame: pd.DataFrame) -> list[str]:
     labels = list(frame.columns[2 : frame.columns.get_loc("values")])
     return [
         f"{row['measure']} of {group_label([str(row[name]) for name in labels])} {_said(row)} "
-        f"({row['values']} values, {row['n']} seeds each)."
+        f"({row['values']} values, at least {row['n']} seeds each)."
         for row in frame.to_dict("records")
     ]
 

@@ -156,7 +156,9 @@ def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
     told = [f"{key}={value}" for key, value, _ in _differing(usual, settings)]
     if not told:
         return ""
-    return f" (at {', '.join(told) if len(told) <= _MOST_TOLD else f'{len(told)} other settings'})"
+    if len(told) > _MOST_TOLD:
+        return f" (where {len(told)} settings differ from the run's)"
+    return f" (at {', '.join(told)})"
 
 
 def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:

@@ -1,1 +1,1 @@
-"""The parts of which the shipped scenes are made: shapes, drawn textures, furniture, and one file per scene."""
+"""Parts of the shipped scenes: shapes, drawn textures, furniture, and one file per scene."""

@@ -1,6 +1,6 @@
 """Furniture: each function adds its meshes under a path, standing on the local origin.
 
-What belongs to a wall hangs on the plane y = 0 and looks towards -y; so do the fronts of what stands at a wall.
+Furniture of walls hangs on the plane y = 0 and looks towards -y. Furniture that stands at a wall also looks towards -y.
 """
 
 from scene_building.shapes import Shape, add, block, box, cylinder, named, quad, sphere

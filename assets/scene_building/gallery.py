@@ -45,7 +45,7 @@ PLACES = (
     (15.98, 9.4, 270), (11.0, 12.0, 0), (9.6, 6.05, 180),
     (5.6, 12.0, 0), (0.0, 10.4, 90), (4.1, 9.0, 270),
 )  # fmt: skip
-"""Where each picture hangs (x, y) and how it is turned, in the order of their numbers."""
+"""The position (x, y) and the rotation of each picture, in the order of the pictures' numbers."""
 
 
 def build() -> SceneBuilder:

@@ -1,7 +1,7 @@
 """The laboratory module: 11 m long, 2.2 m between the racks, a hatch at +x, airlock and windows at -x.
 
-The frame is that of the task: the floor lies at z = -0.2358, the axis at y = 20.1, and a start pose at x = 4 with
-yaw 180 looks along the module. Seen that way starboard is the right side (+y) and port the left (-y).
+The coordinates are those of the task: the floor lies at z = -0.2358, the axis at y = 20.1, and a start pose at x = 4
+with yaw 180 looks along the module. Seen that way starboard is the right side (+y) and port the left (-y).
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What stands, hangs and is fixed in the laboratory module: the things an agent may be asked to find."""
+"""The equipment of the laboratory module; a task may ask an agent to find it."""
 
 from scene_building import rack_textures as art
 from scene_building.furniture import BLACK, EXIT_SIGN, RED, STEEL, add_extinguisher

@@ -1,4 +1,4 @@
-"""Where the laboratory module lies: metres, in the frame of the task."""
+"""The position of the laboratory module, in metres and in the coordinates of the task."""
 
 X_AIRLOCK, X_HATCH = -5.2, 5.8
 AXIS_Y, FLOOR = 20.1, -0.2358

@@ -17,7 +17,7 @@ Painter = Callable[[ImageDraw.ImageDraw, Colour], None]
 
 @dataclass(frozen=True)
 class Motif:
-    """What a picture shows: a colour and a shape in words, the colours, and what paints the shape."""
+    """The content of a picture: a colour and a shape in words, the colours, and the function that paints the shape."""
 
     words: str
     colour: Colour

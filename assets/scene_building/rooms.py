@@ -37,7 +37,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class Room:
-    """A rectangle of floor: two corners (x, y), and what it looks like; `tile` is metres per repetition."""
+    """A rectangle of floor: two corners (x, y), and its look; `tile` is metres per repetition."""
 
     low: tuple[float, float]
     high: tuple[float, float]

@@ -22,7 +22,7 @@ _HEADER = 30
 
 @dataclass(frozen=True)
 class Look:
-    """How a surface looks.
+    """The look of a surface.
 
     Attributes:
         name: names the material and the texture file.

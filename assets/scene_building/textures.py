@@ -162,7 +162,7 @@ def paper_mark(size: tuple[int, int], paper: Colour, ink: Colour) -> Image.Image
 
 
 def outdoors() -> Image.Image:
-    """What is seen through a window: sky, far hills, a meadow, in a frame with a cross bar."""
+    """The view through a window: sky, far hills, a meadow, in a frame with a cross bar."""
     picture, draw = canvas((128, 128), (150, 196, 232))
     for row in range(70):
         draw.line((0, row, 127, row), fill=(120 + row, 178 + row // 2, 236))

@@ -1,4 +1,4 @@
-"""Gives Hydra the configurations that lie in no folder of its own: model tags, drawn formats, mixes and named sweeps.
+"""Gives Hydra the configurations that are in no folder: model tags, drawn formats, mixes and named sweeps.
 
 `hydra.searchpath` in `conf/config.yaml` names the sources. Its entries come after every folder, even after those of
 `--config-dir`, so that real files take precedence. A `SearchPathPlugin` would put the sources before `--config-dir`.

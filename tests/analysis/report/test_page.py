@@ -110,7 +110,7 @@ def test_numbers_sort_by_value_with_undefined_ones_last_and_names_as_texts_by_th
         head.click()
         assert column(page, caption, 5) == ["300"] * 11 + ["12"] * 6 + ["-"]
         assert head.locator("..").get_attribute("aria-sort") == "descending"
-        caption = "Runs of each group by outcome, and their unreadable decisions."
+        caption = "Runs of each group by status, and the unreadable decisions of these runs."
         before = column(page, caption, 1)
         page.locator(f"table:has(caption:text-is('{caption}')) th button").first.press("Enter")
         assert sorted(before) == sorted(column(page, caption, 1))

@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 import pandas as pd
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 import analysis
 from analysis import signatures
@@ -199,6 +200,7 @@ def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_sch
 @pytest.mark.slow
 def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, make_sweep):
     monkeypatch.setattr(runs, "PARALLEL_FROM", 18)
+    get_reusable_executor().shutdown(wait=True)  # its processes may know a user's signatures from another test
     folder = make_sweep([make_condition("a", range(18), world={**WORLD, "steps": 2, "agents": 2})])
     found = analyze([folder.path]).runs
     one = folder.runs()[17]
