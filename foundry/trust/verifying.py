@@ -31,6 +31,7 @@ from foundry.running.recorded import (
 from foundry.storing.plain import check_folder
 from foundry.storing.run_files import sha256_of
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
+from foundry.texts import counted
 from foundry.trust.summaries import (
     COMPLETE,
     Renderers,
@@ -57,6 +58,7 @@ class Verdict(StrEnum):
     DIFFERS = "differs"
     READ_OTHERWISE = "recorded with other readers"
     DRAWN_OTHERWISE = "drawn by another renderer"
+    NOT_ENDED = "not ended"
     NOT_STARTED = "not started"
 
 
@@ -210,7 +212,8 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         return _drawn(run, verified, comparer.renderers, scenario, config)
     drew = comparer.renderers
     note = note or (f"was drawn by {drew.then}. Here, {drew.now} draws the same pixels" if drew else "")
-    return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
+    verdict = Verdict.NOT_ENDED if summary is None else Verdict.IDENTICAL
+    return Verified(run.id, verdict, comparer.compared, asker.used, note=note)
 
 
 def _drawn(
@@ -297,7 +300,7 @@ def _check_failure(error: Exception, summary: RunSummary | None) -> None:
 
 def _note(world: Any, summary: RunSummary | None) -> str:
     if summary is None:
-        return f"has not ended: its records reach {world.step} steps"
+        return f"has not ended: its records reach {counted(world.step, 'step')}"
     if summary.status != COMPLETE:
         return f"failed after {world.step} steps: {summary.error}"
     return ""

@@ -121,6 +121,7 @@ def test_a_run_that_failed_or_was_killed_is_verified_as_far_as_it_goes(copied: P
     done = foundry("verify", str(copied), "--workers", "1", cwd=copied)
     assert "failed after 2 steps" in done.stdout, done.stdout
     assert "has not ended: its records reach" in done.stdout, done.stdout
+    assert "4 runs: 3 identical, 1 not ended; " in done.stdout, done.stdout
     assert done.returncode == 0
 
 
