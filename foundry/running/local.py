@@ -25,6 +25,8 @@ from foundry.running.lanes import Lanes
 from foundry.running.progress import most_calls
 from foundry.storing.store import RunFolder, SweepFolder
 
+STOPPING = "stopping: each run finishes its current step; press Ctrl-C again to stop now"
+
 
 class SweepStopped(FoundryError):
     """An error stopped the sweep, because the same error would end every further run."""
@@ -253,6 +255,7 @@ def _stop_on_interrupt(job: SweepJob) -> Iterator[None]:
         if job.folder.stop_file(job.session).exists():
             raise KeyboardInterrupt
         job.stop()
+        logging.getLogger("foundry").warning(STOPPING)
 
     before: Any = signal.signal(signal.SIGINT, handle)
     try:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry, is_dead, is_stopping, kill, sessions, started, succeeds, wait_until
+from foundry.running.local import STOPPING
 from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice, held_sweep, working
 from ollama_server import OllamaServer
@@ -103,4 +104,5 @@ def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
         output, _ = sweep.process.communicate()
     assert sweep.process.returncode == 130, output
     assert "Traceback" not in output
+    assert output.count(STOPPING) == 1
     assert "interrupted; go on with: foundry resume" in output
