@@ -32,8 +32,9 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
     """
     from analysis import analyze as analyze_folders
 
+    probe = probe_in(folders, options)  # refuses other folders before a bar appears
     with _watched() as watch:
-        found = _probe(folders, options) or analyze_folders(folders, watch=watch, **options)
+        found = _probe(probe, options) or analyze_folders(folders, watch=watch, **options)
         _prepare(folders)
     for line in found.ending(folders, console().width, printed):
         print(line)
@@ -47,7 +48,7 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
     from analysis import analyze as analyze_folders
 
     with only_json(True):
-        probe = _probe(folders, options)
+        probe = _probe(probe_in(folders, options), options)
         found: Any = probe or analyze_folders(folders, **options)
     _prepare(folders)
     frames = (
@@ -67,9 +68,7 @@ def _prepare(folders: Sequence[Path]) -> None:
         prepare(SweepFolder.open(folder))
 
 
-def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
-
-    probe = probe_in(folders, options)
+def _probe(probe: SweepFolder | None, options: Mapping[str, Any]) -> ProbeAnalysis | None:
     if probe is None:
         return None
     from analysis.probes import analyze_probe  # it draws plots, which other analyses do only on request

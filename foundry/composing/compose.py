@@ -327,7 +327,7 @@ def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> Inpu
             lacking = [config for config in configs if key not in _siblings(config, key)]
             if 0 < len(lacking) < len(configs):
                 return _lacking(key, configs, lacking[0])
-            siblings = _siblings(configs[0], key)
+            siblings = [*_siblings(configs[0], key), *_deeper(configs[0], key)]
     return not_found("Setting", key, siblings, "To add a key of your own, write +key=value.")
 
 
@@ -350,3 +350,15 @@ def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
         value = value[part]
     prefix = ".".join(parents) + "." if parents else ""
     return [f"{prefix}{name}" for name in value if name != "_target_"] if isinstance(value, Mapping) else []
+
+
+def _deeper(config: Mapping[str, Any], key: str) -> list[str]:
+    """Return the settings with the last word of a missing one; `model.options.temperature` for `model.temperature`."""
+    group, word = key.split(".")[0], key.split(".")[-1]
+    rest, found = [(group, config.get(group))], []
+    while rest:
+        path, value = rest.pop()
+        if isinstance(value, Mapping):
+            rest += [(f"{path}.{name}", part) for name, part in value.items()]
+            found += [f"{path}.{name}" for name in value if name == word]
+    return found

@@ -29,6 +29,10 @@ def test_a_sweep_is_composed_once_a_condition_with_all_its_seeds(workspace):
         ),
         ("world=bar,fishery world.agent=3", "Setting 'world.agent' not found. Did you mean 'world.agents'?"),
         ("world=bar world.capacit=1", "Setting 'world.capacit' not found. Did you mean 'world.capacity'?"),
+        (
+            "model=a model.temperature=0",
+            "Setting 'model.temperature' not found. Did you mean 'model.options.temperature'?",
+        ),
         ("world=bar +world.capacity=1", "Setting 'world.capacity' exists already. Leave out the +"),
     ],
 )
