@@ -4,7 +4,17 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from analysis.paper.sentence import DIFFERENT, Row, Sides, compared_words, kind_of, named, sentence, weaknesses
+from analysis.paper.sentence import (
+    DIFFERENT,
+    NOTHING,
+    Row,
+    Sides,
+    compared_words,
+    kind_of,
+    named,
+    sentence,
+    weaknesses,
+)
 from analysis.prose import joined
 from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
@@ -124,7 +134,13 @@ class Finding:
         return min(int(row["n_pairs"]) for row in self.rows)
 
     def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
-        """Return the finding as a sentence without its test. For a gap, the sentence begins with "In these runs"."""
+        """Return the finding as a sentence without its test.
+
+        A declared test without a difference is said as such. For another gap, the sentence begins with "In these runs".
+        """
+        row = self.rows[0]
+        if row["claim"] == DECLARED and kind_of(row) == NOTHING:
+            return self._nothing(contexts)
         said = self.line(sides, {}, contexts)
         if len(self.rows) > 1:
             said += f", smallest difference {upright(self.closest)}"
@@ -133,6 +149,16 @@ class Finding:
             if not self.excludes_zero and not math.isnan(self.closest["low"]):
                 said += " (the interval includes 0)"
         return f"{said}, {counted(self.seeds, 'seed')}."
+
+    def _nothing(self, contexts: Mapping[str, str]) -> str:
+        row, own, other = self.rows[0], *rounded([self.own, self.others_range[0]])
+        context = contexts.get(str(row["context"]), str(row["context"]))
+        both = f"{named(row, self.level)} and {self.others({})}" + (f" ({context})" if context else "")
+        apart = "; the uncorrected interval excludes 0" if self.excludes_zero else ""
+        return (
+            f"No difference was found between {both} in {self.measure}: {own} against {other}, difference "
+            f"{upright(row)}, {counted(self.seeds, 'seed')}{apart}."
+        )
 
     def line(self, sides: Sides, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
         """Return the finding in one line, with short names of levels and contexts."""

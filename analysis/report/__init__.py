@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from foundry.errors import InputError
-from foundry.storing.store import write_atomically
+from foundry.storing.store import SweepFolder, write_atomically
 
 if TYPE_CHECKING:
     from analysis.load import Folders
@@ -16,11 +16,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Report:
-    """A written report: the page, the number of its runs, and the folder of its pictures."""
+    """A written report.
+
+    Attributes:
+        path: the page.
+        runs: number of its runs.
+        complete: number of its complete runs.
+        pictures: the folder of its pictures.
+        unfinished: the sweeps, without baselines, that have runs without a complete end.
+    """
 
     path: Path
     runs: int
+    complete: int
     pictures: Path
+    unfinished: tuple[SweepFolder, ...]
 
 
 def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Report:
@@ -28,7 +38,8 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
 
     Args:
         dirs: folder of a sweep, or folders of several.
-        out: the page; by default `report.html` in the folder of the first sweep.
+        out: the page; by default `report.html` in the folder of the sweep, or, for N sweeps,
+            `report_of_N_folders.html` in the folder of the first.
         **options: options of `analysis.analyze` that affect the numbers: `labelled_by_model`, `family`, `margins`,
             `only`, `without`.
 
@@ -40,10 +51,13 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
 
     check_out(out)
     found = gather(dirs, **options)
-    path = found.sweeps[0].report_file if out is None else out
+    path = found.sweeps[0].report_file_of(len(found.sweeps)) if out is None else out
     folder = found.analysis.path / "plots"
     write_page(path, render(found, path.resolve().parent, folder))
-    return Report(path, len(found.members), folder)
+    missing = {one.folder.id for one in found.members if not one.complete and not one.shown.baseline}
+    unfinished = tuple(sweep for sweep in found.sweeps if any(run.id in missing for run in sweep.runs()))
+    complete = sum(member.complete for member in found.members)
+    return Report(path, len(found.members), complete, folder, unfinished)
 
 
 def check_out(out: Path | None) -> None:

@@ -15,6 +15,7 @@ from analysis.prose import joined, percent
 from analysis.report.cards import Mark, mark
 from analysis.report.material import Material
 from analysis.stats.contrasts import ALPHA
+from analysis.stats.plan import DECLARED, EXPLORATORY
 from foundry.texts import counted
 
 UNREADABLE = 0.05
@@ -32,13 +33,22 @@ def facts(found: Material) -> list[str]:
     sides.append(counted(len({member.seed for member in own}), "seed"))
     worlds = list(dict.fromkeys(_world(member) for member in own))
     cost = _cost(own)
-    claims = set(found.analysis.contrasts["claim"])
     return [
         " x ".join(sides) + (f" in {worlds[0]}" if len(worlds) == 1 else ""),
         f"{sum(member.complete for member in own)} of {len(own)} runs",
         f"{cost.calls:,} calls, {_short(cost.tokens)} tokens, {duration(cost.seconds)} of runs",
-        *(["declared" if "declared" in claims else "exploratory"] if claims else []),
+        *_standing(found, own),
     ]
+
+
+def _standing(found: Material, own: Sequence[Member]) -> list[str]:
+    """Return whether the claims were declared, with the numbers of seeds if only a part of the runs was declared."""
+    claims, planned = set(found.analysis.contrasts["claim"]), found.analysis.planned
+    if DECLARED not in claims or planned is None:
+        return [DECLARED if DECLARED in claims else EXPLORATORY] if claims else []
+    declared = {member.seed for member in own if member.folder.id in planned.declared.runs}
+    others = {member.seed for member in own if member.folder.id not in planned.declared.runs}
+    return [f"{counted(len(declared), 'seed')} declared, {len(others)} exploratory" if others else DECLARED]
 
 
 def warnings(found: Material) -> list[str]:

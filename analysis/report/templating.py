@@ -5,6 +5,7 @@ from importlib.resources import files
 from typing import Any
 
 from analysis.prose import joined
+from foundry.texts import counted
 
 
 def rendered(template: str, content: Mapping[str, Any]) -> str:
@@ -20,4 +21,5 @@ def rendered(template: str, content: Mapping[str, Any]) -> str:
         lstrip_blocks=True,
     )
     environment.filters["joined"] = joined
+    environment.filters["counted"] = counted
     return environment.get_template(template).render(content)

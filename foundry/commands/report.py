@@ -46,7 +46,10 @@ def report(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="File of the page; default: report.html in the first folder, or card-MODEL.html here."),
+        typer.Option(
+            help="File of the page; default: report.html in the folder, report_of_N_folders.html in the first of N "
+            "folders, or card-MODEL.html here."
+        ),
     ] = None,
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
@@ -89,7 +92,11 @@ def _report(
         written = write_probe_report(probe, SeenProbe(probe, trusted), out, family, **filters)
     else:
         written = write_report(folders, out, family=family or None, **options)
-    print(f"report of {written.runs} runs in {written.path}; its pictures in {written.pictures}")
+    runs = counted(written.runs, "run")
+    if written.complete < written.runs:
+        runs = f"{counted(written.complete, 'complete run')} of {written.runs}"
+    again = "".join(f"; go on with: foundry resume {one.path}" for one in written.unfinished)
+    print(f"report of {runs} in {written.path}; its pictures in {written.pictures}{again}")
 
 
 def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:

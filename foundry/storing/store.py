@@ -185,6 +185,10 @@ class SweepFolder:
         """Default path of the report."""
         return self.path / "report.html"
 
+    def report_file_of(self, folders: int) -> Path:
+        """Return the default path of the report of this sweep and others, with the number of all folders."""
+        return self.report_file if folders == 1 else self.path / f"report_of_{folders}_folders.html"
+
     @property
     def baselines_dir(self) -> Path:
         """The folder of the sweep that plays scripted baselines in the same worlds, with the same seeds."""

@@ -238,8 +238,9 @@ class CatalogedSweep:
         return [name for name in names if name not in _OWN_COLUMNS]
 
     def _links(self) -> Iterator[dict[str, str]]:
-        """Yield the report, the plots and the tables in the sweep's folder, as far as they exist."""
-        found = [self.folder.report_file, *sorted(self.folder.analysis_dir.rglob("*"))]
+        """Yield the reports, the plots and the tables in the sweep's folder, as far as they exist."""
+        joint = sorted(self.folder.path.glob("report_of_*_folders.html"))
+        found = [self.folder.report_file, *joint, *sorted(self.folder.analysis_dir.rglob("*"))]
         for path in found:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
                 yield {

@@ -72,6 +72,18 @@ def test_the_report_says_what_was_declared(declared):
     assert "declared before the runs" in page
 
 
+def test_a_report_with_a_pilot_has_a_page_of_its_own_that_counts_declared_seeds(declared):
+    pilot = (*SWEEP[:2], "seed=20-22", *SWEEP[3:-1], "output.dir=pilot")
+    succeeds(*pilot, cwd=declared)
+    own = declared / "out" / "report.html"
+    before = own.read_bytes() if own.exists() else b""
+    said = succeeds("report", "out", "pilot", cwd=declared).stdout
+    joint = declared / "out" / "report_of_2_folders.html"
+    assert said.startswith("report of 22 runs in out/report_of_2_folders.html; ") and "go on with" not in said
+    assert " · 8 seeds declared, 3 exploratory</p>" in joint.read_text(encoding="utf-8")
+    assert (own.read_bytes() if own.exists() else b"") == before
+
+
 def test_a_bundle_carries_the_plan_and_the_looks(declared, analysed):
     succeeds("bundle", "out", "out.tar.zst", cwd=declared)
     stream = zstandard.ZstdDecompressor().stream_reader((declared / "out.tar.zst").read_bytes())

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from analysis.lines import COMPLETE
 from analysis.probes import ProbeAnalysis, analyze_probe
 from analysis.probes.comparing import ALL
 from analysis.probes.differences import unread_of
@@ -41,7 +42,9 @@ def write_probe_report(
     path, pictures = out or folder.report_file, found.path / "plots"
     drawn = shapes(pictures_of(found.frames, found.contrasts), pictures, path.resolve().parent)
     write_page(path, rendered("probe.html", _content(folder, found, looked) | {"shapes": drawn}))
-    return Report(path, len(folder.runs()), pictures)
+    ends = [run.summary() for run in folder.runs()]
+    complete = sum(end is not None and end.status == COMPLETE for end in ends)
+    return Report(path, len(ends), complete, pictures, (folder,) if complete < len(ends) else ())
 
 
 def _content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:

@@ -125,6 +125,12 @@ def test_a_narrow_dark_page_shows_pictures_on_white_and_names_beside_a_table_tha
         assert page.evaluate(background, ".card") == "rgb(255, 255, 255)"
         assert page.evaluate("document.documentElement.scrollWidth") <= 700
         page.set_viewport_size({"width": 400, "height": 900})
+        assert "rgb(0, 0, 0)" in page.evaluate("getComputedStyle(document.querySelector('.scroll')).backgroundImage")
+        width = page.evaluate("document.documentElement.scrollWidth")
+        page.locator("#methods > summary").click()
+        digest = "one => one.append(' ' + 'f00d'.repeat(16))"
+        page.locator("#methods .methods p").first.evaluate(digest)
+        assert page.evaluate("document.documentElement.scrollWidth") == width
         page.locator("#runs > summary").click()
         area = page.locator("#runs .scroll").first
         area.evaluate("one => { one.scrollLeft = 200; }")

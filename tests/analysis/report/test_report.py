@@ -277,7 +277,9 @@ def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run_and_none_
     sweep = make_sweep([make_condition("a", [0, 1])])
     rewrite_run(sweep.runs()[0], "failed")
     rewrite_run(sweep.runs()[1], "unfinished")
-    assert sweep.report_file.name in succeeds("report", str(sweep.path), cwd=tmp_path).stdout
+    said = succeeds("report", str(sweep.path), cwd=tmp_path).stdout
+    assert said.startswith(f"report of 0 complete runs of 2 in {sweep.report_file}; ")
+    assert said.endswith(f"; go on with: foundry resume {sweep.path}\n")
     page = sweep.report_file.read_text(encoding="utf-8")
     assert "the server went away" in page
     assert "is a folder" in refusal("report", str(sweep.path), "--out", str(tmp_path), cwd=tmp_path)
