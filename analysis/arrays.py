@@ -36,7 +36,7 @@ class Decisions:
 
     @cached_property
     def readable(self) -> BoolArray:
-        """True for readable decisions, with the outcome `chosen` or `repaired`; the shape is that of `outcome`."""
+        """True for readable decisions, with the outcome `chosen` or `repaired`, in the shape of `outcome`."""
         return np.isin(self.outcome, READABLE)
 
     @cached_property

@@ -159,7 +159,7 @@ class Twin:
 
 @dataclass(frozen=True)
 class FormAnalysis:
-    """How foundry analyses runs of one form; every attribute but the name is optional.
+    """The analysis of runs of one form; every attribute but the name is optional.
 
     Attributes:
         run: class of its runs as arrays; signatures annotate their argument with it. Defaults to the class of any form.

@@ -149,7 +149,7 @@ def load(path: Path | str) -> Loaded:
     """Load a sweep, with the lines that unfinished runs have so far.
 
     Raises:
-        InputError: the folder is not that of a sweep, or the code of its form cannot be used.
+        InputError: the folder holds no sweep, or the code of its form cannot be used.
         RecordError: a recorded file is damaged.
     """
     folders = SweepFolder.open(Path(path)).runs()

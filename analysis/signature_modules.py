@@ -98,7 +98,7 @@ def _number(value: Any) -> float:
 
 
 def parts() -> list[Part]:
-    """Return all modules: the shipped ones, your own, then those of labels.
+    """Return all modules: the shipped ones, your own, and the modules of labels.
 
     Raises:
         InputError: a user's module cannot be used, or has the name of a shipped module or of another one for the same

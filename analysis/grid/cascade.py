@@ -1,4 +1,4 @@
-"""How news of a fire spreads: which agent first warned which other, and which agents the news could have reached.
+"""The spread of news of a fire: which agent first warned which other, and which agents the news could have reached.
 
 In each step, agents first perceive, then speak, then hear the messages of this step. So an agent can pass on a message
 of step t at step t + 1 or later.

@@ -66,7 +66,7 @@ class GridRecords:
         """Return a complete run as arrays.
 
         Raises:
-            InputError: the settings are not those of a 2D world.
+            InputError: the settings do not describe a 2D world.
             RecordError: an agent has no line or several in a step, or a step does not start where the previous one
                 ended.
         """
@@ -88,7 +88,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> GridRecords:
     """Read the lines of a run, without the incomplete last line of an unfinished run.
 
     Raises:
-        InputError: there are lines, but the settings are not those of a 2D world.
+        InputError: there are lines, but the settings do not describe a 2D world.
         RecordError: a file is damaged, or was changed after the run.
     """
     if folder.steps_bytes():
