@@ -254,8 +254,8 @@ def _stop_on_interrupt(job: SweepJob) -> Iterator[None]:
     def handle(number: int, frame: FrameType | None) -> None:
         if job.folder.stop_file(job.session).exists():
             raise KeyboardInterrupt
-        job.stop()
         logging.getLogger("foundry").warning(STOPPING)
+        job.stop()
 
     before: Any = signal.signal(signal.SIGINT, handle)
     try:
