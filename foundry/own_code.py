@@ -29,7 +29,12 @@ _ROOT = Path(__file__).resolve().parent.parent
 
 def use(folders: Iterable[Path]) -> None:
     """Add your own folders to those that this process and its subprocesses search."""
-    known = tuple(dict.fromkeys([*own_folders(), *(folder.absolute() for folder in folders)]))
+    use_only([*own_folders(), *(folder.absolute() for folder in folders)])
+
+
+def use_only(folders: Iterable[Path]) -> None:
+    """Search exactly these absolute folders; a reused worker may still know the folders of an earlier task."""
+    known = tuple(dict.fromkeys(folders))
     os.environ[VARIABLE] = os.pathsep.join(map(str, known))
     importable(known)
 

@@ -12,6 +12,7 @@ from analysis.paper.sentence import (
     compared_words,
     kind_of,
     named,
+    nothing_words,
     sentence,
     weaknesses,
 )
@@ -152,13 +153,9 @@ class Finding:
 
     def _nothing(self, contexts: Mapping[str, str]) -> str:
         row, own, other = self.rows[0], *rounded([self.own, self.others_range[0]])
-        context = contexts.get(str(row["context"]), str(row["context"]))
-        both = f"{named(row, self.level)} and {self.others({})}" + (f" ({context})" if context else "")
+        nothing = nothing_words(row, self.level, other_level(row, self.level), contexts)
         apart = "; the uncorrected interval excludes 0" if self.excludes_zero else ""
-        return (
-            f"No difference was found between {both} in {self.measure}: {own} against {other}, difference "
-            f"{upright(row)}, {counted(self.seeds, 'seed')}{apart}."
-        )
+        return f"{nothing}: {own} against {other}, difference {upright(row)}, {counted(self.seeds, 'seed')}{apart}."
 
     def line(self, sides: Sides, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
         """Return the finding in one line, with short names of levels and contexts."""

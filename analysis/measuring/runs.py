@@ -28,7 +28,7 @@ from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
 from foundry.declared import Actions
-from foundry.own_code import own_folders, use
+from foundry.own_code import own_folders, use_only
 from foundry.storing.store import RunFolder, SweepFolder
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measu
 
 def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
     """Measure a part of a sweep in another process, which may not know your own folders yet."""
-    use(own)
+    use_only(own)
     return [_measured(folder, labelling) for folder in part.runs()]
 
 

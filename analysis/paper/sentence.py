@@ -137,8 +137,7 @@ def compared_words(
     row: Row, level: str, others: str, *, higher: bool, sides: Sides, contexts: Mapping[str, str] | None = None
 ) -> str:
     """Return the difference of a row in words, such as `herd stays where it is more often than random`."""
-    context = (contexts or {}).get(str(row["context"]), str(row["context"]))
-    within = f" ({context})" if context else ""
+    within = _within(row, contexts)
     doing = sides.describe(row).phrase(higher)
     if row["factor"] == MODEL:
         return f"{level} {doing} than {others}{within}"
@@ -156,7 +155,13 @@ def _same(row: Row, sides: Sides) -> str:
 
 
 def _nothing(row: Row, sides: Sides) -> str:
-    return f"No difference was found between {_both(row)} in {row['measure']}: {_means(row)}, {_tested(row)}"
+    return f"{nothing_words(row, str(row['level']), str(row['reference']))}: {_means(row)}, {_tested(row)}"
+
+
+def nothing_words(row: Row, first: str, second: str, contexts: Mapping[str, str] | None = None) -> str:
+    """Return in words that no difference was found between the two levels of a row."""
+    both = f"{named(row, first)} and {named(row, second)}{_within(row, contexts)}"
+    return f"No difference was found between {both} in {row['measure']}"
 
 
 def _silent(row: Row, sides: Sides) -> str:
@@ -180,8 +185,9 @@ def named(row: Row, level: str) -> str:
     return level if row["factor"] == MODEL else f"{row['factor']}={level}"
 
 
-def _within(row: Row) -> str:
-    return f" ({row['context']})" if row["context"] else ""
+def _within(row: Row, contexts: Mapping[str, str] | None = None) -> str:
+    context = (contexts or {}).get(str(row["context"]), str(row["context"]))
+    return f" ({context})" if context else ""
 
 
 def _means(row: Row) -> str:

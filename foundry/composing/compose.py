@@ -14,7 +14,7 @@ from foundry.composing.names import check_own_names, with_public_names
 from foundry.composing.points import Launch, Point, points_of, show
 from foundry.composing.settings import check_parts, check_settings_of_hydra, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
-from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats, overridden
+from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, leaves, named_formats, overridden
 from foundry.naming import format_of
 from foundry.texts import one_line
 
@@ -355,10 +355,4 @@ def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
 def _deeper(config: Mapping[str, Any], key: str) -> list[str]:
     """Return the settings with the last word of a missing one; `model.options.temperature` for `model.temperature`."""
     group, word = key.split(".")[0], key.split(".")[-1]
-    rest, found = [(group, config.get(group))], []
-    while rest:
-        path, value = rest.pop()
-        if isinstance(value, Mapping):
-            rest += [(f"{path}.{name}", part) for name, part in value.items()]
-            found += [f"{path}.{name}" for name in value if name == word]
-    return found
+    return [path for path, _ in leaves(config.get(group), group) if path.endswith(f".{word}")]

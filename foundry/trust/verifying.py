@@ -14,7 +14,7 @@ from foundry import provenance
 from foundry.episode import play
 from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
 from foundry.expansion import settings_key
-from foundry.own_code import own_folders, use
+from foundry.own_code import own_folders, use_only
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.running.build import build
 from foundry.running.cores import share_cores
@@ -171,7 +171,7 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
 
 
 def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
-    use(own)
+    use_only(own)
     share_cores(workers)
     wanted = set(ids)
     return list(_verify_all([run for run in SweepFolder.open(path).runs() if run.id in wanted], frames))

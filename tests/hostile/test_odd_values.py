@@ -265,7 +265,7 @@ def test_what_is_placed_nowhere_is_left_out_by_name_and_the_rest_is_seen(place: 
     assert [one.path for one in scene.meshes] == ["/Sound", "/Copies/Tile"]
     assert scene.bounds.tolist() == [[0, 0, 0], [4, 1, 0]]
     text = "\n".join(scene.warnings)
-    assert "more than 1e+08 m from the origin: /Nan; /Far" in text
+    assert "Not drawn, since a point is not a number or is beyond 1e+08 m: /Nan; /Far" in text
     assert "Copies without a valid place are not drawn: /Copies[1]; /Copies[2]" in text
     seen = renderer_for(scene, width=64, height=48, fov_deg=60).visible(np.array([0.5, 0.5, 3.0]), 0, -90)
     assert seen["/Sound"] > 100

@@ -82,8 +82,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - variety: pairs of moves in different directions / pairs of moves, pooled over agents; 0..1. Equally likely,
       independent directions give 3/4 for any number of moves; an entropy would fall with fewer moves. variety is lower
       if agents keep a direction, because the moves of a pair then depend on each other. variety is also lower if walls
-      or edges block some directions more often than others, as in a corridor. NaN below two moves. Source: Simpson
-      1949.
+      or edges block some directions more often, as in a corridor. NaN below two moves. Source: Simpson 1949.
     - alignment: cosine of the angle between two moves, as mean over all pairs of moves; -1..1 (one direction). Equally
       likely, independent directions give 0; agents that keep a direction are above 0. alignment is the unbiased square
       of the resultant length, (n R^2 - 1) / (n - 1). NaN below two moves.
@@ -107,8 +106,7 @@ def measure(run: GridRun) -> dict[str, float]:
       share is the mean over states of 1 / number of legal moves if the direction is legal, else 0.
     - drift_place: change of the distance to the nearest place, in moves (0 inside a place); -1..1. NaN without places.
     - drift_agent: change of the distance to the nearest other agent, in moves; -1..1. The other agent's position before
-      the step counts, since the agent cannot know the next one. Steps without another agent are left out. NaN with one
-      agent.
+      the step counts, since the agent cannot know the next one. Steps of a lone agent are left out. NaN with one agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the change by requested legal moves minus its expectation for
       a blind agent (`walker`); cells per step. The blind agent stays whenever the agent stayed, and otherwise draws
       legal directions by their shares in the run. The measures are 0 for an agent that draws each step independently,

@@ -4,10 +4,10 @@ import hashlib
 import math
 from pathlib import Path
 
+import joblib
 import msgspec
 import pandas as pd
 import pytest
-from joblib.externals.loky import get_reusable_executor
 
 import analysis
 from analysis import signatures
@@ -23,6 +23,7 @@ from analysis.tables.groups import group_columns
 from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import comparison_table
 from foundry.errors import InputError, RecordError
+from foundry.own_code import use
 from foundry.storing.store import SweepFolder
 from walkers import WORLD, Habits, make_condition, rewrite_run, write_sweep
 
@@ -198,9 +199,12 @@ def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_sch
 
 
 @pytest.mark.slow
-def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, make_sweep):
+def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, make_sweep, tmp_path: Path):
     monkeypatch.setattr(runs, "PARALLEL_FROM", 18)
-    get_reusable_executor().shutdown(wait=True)  # its processes may know a user's signatures from another test
+    broken = tmp_path / "earlier" / "signatures" / "broken.py"
+    broken.parent.mkdir(parents=True)
+    broken.write_text("1 / 0\n", encoding="utf-8")
+    joblib.Parallel(n_jobs=-1)(joblib.delayed(use)([tmp_path / "earlier"]) for _ in range(8))
     folder = make_sweep([make_condition("a", range(18), world={**WORLD, "steps": 2, "agents": 2})])
     found = analyze([folder.path]).runs
     one = folder.runs()[17]

@@ -102,7 +102,7 @@ class Walker:
             if (np.abs(mesh.points) <= REACH).all():
                 yield mesh
             else:
-                self._findings.add(f"A point is not a number, or is more than {REACH:g} m from the origin", mesh.path)
+                self._findings.add(f"Not drawn, since a point is not a number or is beyond {REACH:g} m", mesh.path)
 
     def _own_meshes(self, prim: Any, place: _Place) -> Iterator[SceneMesh]:
         if prim.IsA(UsdGeom.PointInstancer):
