@@ -51,11 +51,11 @@ class Filter:
     def check(self, conditions: Sequence[Condition]) -> None:
         """Raise an InputError if no condition has a key or a value of the filter."""
         for key, asked in (*self.only.items(), *self.without.items()):
-            values = {value_text(value) for one in conditions for value in _values(one, key)}
-            if not any(one.factors.get(key, "") is None for one in conditions):
+            values = {value_text(value) for condition in conditions for value in _values(condition, key)}
+            if not any(condition.factors.get(key, "") is None for condition in conditions):
                 values.discard("null")  # value of settings that a world lacks
             if not values and key != "sampling_seed":
-                names = (*_KNOWN, *(name for one in conditions for name in one.factors))
+                names = (*_KNOWN, *(name for condition in conditions for name in condition.factors))
                 raise not_found("Setting", key, names, "Other settings are named by paths, such as world.steps.")
             for value in asked:
                 if value not in values:
@@ -63,7 +63,7 @@ class Filter:
 
     def taken(self, results: Sequence[RunResult]) -> list[RunResult]:
         """Return the selected runs, or raise an InputError if none is left."""
-        found = [one for one in results if self.takes(one)]
+        found = [result for result in results if self.takes(result)]
         if all(one.baseline for one in found):
             raise InputError(f"The filter '{self}' leaves none of {len(results)} runs: remove a part of it.")
         return found

@@ -223,7 +223,7 @@ def analyze(
     check_declared(sweeps, family, margins)
     sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
     chosen = Filter.of(only, without)
-    chosen.check([one for source in sources for one in source.folder.sweep.conditions])
+    chosen.check([condition for source in sources for condition in source.folder.sweep.conditions])
     ensure_writable(folder)
     measured, events = _measure_and_write_steps(sources, folder, chosen, watch)
     results = chosen.taken(measured)
@@ -299,7 +299,7 @@ def _found(
         contrasts=differences,
         variance=variance_split(table, groups),
         fingerprint=fingerprint(table, groups),
-        retest=retest([one.folder for one in sources if not one.baseline], set(table.frame["run"])),
+        retest=retest([source.folder for source in sources if not source.baseline], set(table.frame["run"])),
         equal_chances=equal_chances(compared),
         thresholds=thresholds(compared),
         sources=pd.DataFrame(signatures.sources(forms, table.measures)),
@@ -416,7 +416,7 @@ def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
     """Return the parts of an analysis from which methods and references are written."""
     return Basis(
         members=found.members,
-        forms=forms_of(one.folder for one in found.members),
+        forms=forms_of(member.folder for member in found.members),
         labelled_by=labelled_by,
         comparison=found.comparison,
         contrasts=found.contrasts,
@@ -447,13 +447,13 @@ def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path
     from analysis.figures.pictures import every_picture
     from analysis.plots import FORMATS, draw, write
 
-    labellings = {run.id: one.labelling for one in sources for run in one.folder.runs()}
+    labellings = {run.id: source.labelling for source in sources for run in source.folder.runs()}
     pictures = [
         *every_picture(found.compared, found.contrasts, found.validation, found.fingerprint),
         *examples(found.members, found.shown, labellings).pictures,
     ]
     folder = found.path / "plots"
-    return [path for one in pictures for path in write(draw(one, *FORMATS, columns=columns), folder)]
+    return [path for picture in pictures for path in write(draw(picture, *FORMATS, columns=columns), folder)]
 
 
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:

@@ -134,15 +134,15 @@ def _known_runs(found: Sequence[Part]) -> set[type]:
     if all(part.run in known for part in found):
         return known
     rooms = [file.parent.name for file in sorted(Path(__file__).parent.glob("*/*_run.py"))]
-    forms = [*map(shipped, rooms), *(analysis_in(one) for one in own_modules("forms"))]
+    forms = [*map(shipped, rooms), *(analysis_in(module) for module in own_modules("forms"))]
     return known | {form.run for form in forms if form is not None}
 
 
 def _shipped() -> Iterator[ModuleType]:
     package = Path(__file__).parent
     for room in pkgutil.iter_modules([str(package)]):
-        for found in pkgutil.iter_modules([str(package / room.name / "signatures")]):
-            yield importlib.import_module(f"{__package__}.{room.name}.signatures.{found.name}")
+        for module in pkgutil.iter_modules([str(package / room.name / "signatures")]):
+            yield importlib.import_module(f"{__package__}.{room.name}.signatures.{module.name}")
 
 
 def code_lines(file: Path) -> str:

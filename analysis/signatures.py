@@ -69,35 +69,35 @@ class Signature:
     @property
     def primary(self) -> bool:
         """True if the signature is tested by default."""
-        return any(one.primary for one in self.parts)
+        return any(part.primary for part in self.parts)
 
     @property
     def is_label(self) -> bool:
         """True if its measures are the shares of a label's choices."""
-        return any(one.about for one in self.parts)
+        return any(part.about for part in self.parts)
 
     @property
     def readable_too(self) -> bool:
         """True if the signature also has measures over readable decisions only."""
-        return any(one.readable_too for one in self.parts)
+        return any(part.readable_too for part in self.parts)
 
     @cached_property
     def measures(self) -> Mapping[str, Measure]:
         """The measures of the signature, by name."""
-        return {name: one.measures[name] for one in reversed(self.parts) for name in one.measures}
+        return {name: part.measures[name] for part in reversed(self.parts) for name in part.measures}
 
     @property
     def headline(self) -> tuple[str, ...]:
         """Names of the measures that are shown first."""
-        return tuple(dict.fromkeys(name for one in self.parts for name in one.headline))
+        return tuple(dict.fromkeys(name for part in self.parts for name in part.headline))
 
     def part(self, run: type) -> Part | None:
         """Return the module for runs of the given class, or None."""
-        return next((one for one in self.parts if one.run in (run, AnyRun)), None)
+        return next((part for part in self.parts if part.run in (run, AnyRun)), None)
 
     def measure(self, run: Any) -> dict[str, float]:
         """Return a run's measures over its counted decisions; {} if the signature does not apply to its world."""
-        return next((one.measure(run) for one in self.parts if one.run is type(run) and one.applies(run)), {})
+        return next((part.measure(run) for part in self.parts if part.run is type(run) and part.applies(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
         """Return the columns of a run: its measures, then the same over readable decisions only."""

@@ -92,10 +92,10 @@ def _records(step: int, cells: Any, after: Any, choice: Any, rng: np.random.Gene
 
 def _deliveries(records: list[GridStep]) -> list[Message]:
     return [
-        Message(step=one.step, sender=one.agent, recipient=other, text=one.message)
-        for one in records
-        if one.message is not None
-        for other in one.neighbours
+        Message(step=record.step, sender=record.agent, recipient=other, text=record.message)
+        for record in records
+        if record.message is not None
+        for other in record.neighbours
     ]
 
 
@@ -103,14 +103,14 @@ def _write_calls(writer: RunWriter, records: list[GridStep], prompt: str) -> Non
     for kind in ("message", "action"):
         writer.append_calls(
             Call(
-                step=one.step, agent=one.agent, kind=kind, model="model-0", digest=None,
-                key=f"{one.step}-{one.agent}-{kind}", seed=one.step * 7919 + one.agent,
-                messages=[{"role": "user", "content": prompt % one.agent}],
-                parameters={"temperature": 0.7}, text=f'{{"message": "{one.message}", "x": {one.x}}}', thinking=None,
-                ending="stop", prompt_tokens=500, output_tokens=60, timings={"total": 1.0}, attempts=(), host=None,
-                cached=False,
+                step=record.step, agent=record.agent, kind=kind, model="model-0", digest=None,
+                key=f"{record.step}-{record.agent}-{kind}", seed=record.step * 7919 + record.agent,
+                messages=[{"role": "user", "content": prompt % record.agent}],
+                parameters={"temperature": 0.7}, text=f'{{"message": "{record.message}", "x": {record.x}}}',
+                thinking=None, ending="stop", prompt_tokens=500, output_tokens=60, timings={"total": 1.0}, attempts=(),
+                host=None, cached=False,
             )
-            for one in records
+            for record in records
         )  # fmt: skip
 
 

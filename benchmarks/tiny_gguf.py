@@ -101,7 +101,7 @@ def _write_words(writer: Any, words: dict[str, Any]) -> None:
     writer.add_tokenizer_pre("qwen2")
     writer.add_token_list(in_order)
     writer.add_token_types([gguf.TokenType.CONTROL if one in SPECIAL else gguf.TokenType.NORMAL for one in in_order])
-    writer.add_token_merges([one if isinstance(one, str) else " ".join(one) for one in words["merges"]])
+    writer.add_token_merges([word if isinstance(word, str) else " ".join(word) for word in words["merges"]])
     writer.add_eos_token_id(words["vocab"]["<|im_end|>"])
     writer.add_chat_template(CHAT)
 

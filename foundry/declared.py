@@ -55,9 +55,9 @@ def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
     types has the type `other`.
     """
     found: dict[str, dict[str, str]] = {}
-    for one in records:
-        keys = {field.encode_name: _type_of(field.type) for field in msgspec.structs.fields(one)}
-        found[one.stream] = _joined(found[one.stream], keys) if one.stream in found else keys
+    for record in records:
+        keys = {field.encode_name: _type_of(field.type) for field in msgspec.structs.fields(record)}
+        found[record.stream] = _joined(found[record.stream], keys) if record.stream in found else keys
     return found
 
 
@@ -72,12 +72,12 @@ def _joined(one: Mapping[str, str], other: Mapping[str, str]) -> dict[str, str]:
 
 
 def _type_of(annotation: Any) -> str:
-    choices = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
+    choices = [choice_type for choice_type in get_args(annotation) if choice_type is not type(None)] or [annotation]
     is_union = get_origin(annotation) in (Union, UnionType)
     optional = "?" if is_union and len(choices) < len(get_args(annotation)) else ""
     if not is_union:
         choices = [annotation]
-    names = {_type_name(one) for one in choices}
+    names = {_type_name(choice) for choice in choices}
     return (names.pop() if len(names) == 1 else "other") + optional
 
 

@@ -185,7 +185,7 @@ class ProgressDisplay:
             if one.ended == one.runs:
                 self._bars.stop_task(task)
         if self._whole is not None:
-            done = sum(one.done for one in totals.values())
+            done = sum(total.done for total in totals.values())
             self._bars.update(self._whole, completed=done, left=_left(self.left_s(totals)))
 
 
@@ -311,11 +311,11 @@ def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:
 def models_table(models: Sequence[Any]) -> Table:
     """Return a table of the models that a server has."""
     table = _table("model", "digest", "size", "parameters", "quantization", "context", "capabilities", "loaded")
-    for one in models:
+    for model in models:
         table.add_row(
-            one.name, one.digest[:12], f"{one.size / 1e9:.1f} GB", one.parameter_size or "?",
-            one.quantization or "?", f"{one.context_length:,}" if one.context_length else "?",
-            ", ".join(one.capabilities), "yes" if one.loaded else "no",
+            model.name, model.digest[:12], f"{model.size / 1e9:.1f} GB", model.parameter_size or "?",
+            model.quantization or "?", f"{model.context_length:,}" if model.context_length else "?",
+            ", ".join(model.capabilities), "yes" if model.loaded else "no",
         )  # fmt: skip
     return table
 

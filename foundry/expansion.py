@@ -170,7 +170,9 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterabl
 
 def check_names(conditions: Iterable[Condition]) -> None:
     """Raise InputError for names of worlds, models or prompts that are too long or contain control characters."""
-    named = {(role, str(one.config[role]["name"])) for one in conditions for role in ("world", "model", "prompt")}
+    named = {
+        (role, str(condition.config[role]["name"])) for condition in conditions for role in ("world", "model", "prompt")
+    }
     for role, name in sorted(named):
         if len(name) > LONGEST_NAME or visible(name) != name or "\n" in name or "\t" in name:
             shown = name if len(name) <= LONGEST_SHOWN else name[:LONGEST_SHOWN] + "..."
@@ -287,7 +289,9 @@ def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
             return dict(model)
         return {**model, "server": {**server, key: hosts}}
 
-    configs = ({**one.config, "model": _changed(one.config["model"], moved)} for one in sweep.conditions)
+    configs = (
+        {**condition.config, "model": _changed(condition.config["model"], moved)} for condition in sweep.conditions
+    )
     pairs = zip(sweep.conditions, configs, strict=True)
     return replace(sweep, conditions=tuple(replace(one, config=config) for one, config in pairs))
 

@@ -59,9 +59,9 @@ def any_run(
         step=step,
         agent=agent,
         kind=objects(kinds),
-        action=objects(one if isinstance(one, str) else None for one in decisions["action"]),
-        number=_numbers(None if isinstance(one, str) else one for one in decisions["action"]),
-        outcome=np.array([_OUTCOME[one] for one in decisions["outcome"]], dtype=np.int64),
+        action=objects(decision if isinstance(decision, str) else None for decision in decisions["action"]),
+        number=_numbers(None if isinstance(decision, str) else decision for decision in decisions["action"]),
+        outcome=np.array([_OUTCOME[decision] for decision in decisions["outcome"]], dtype=np.int64),
         utility=_numbers(decisions["utility"]),
         said=objects(decisions["message"]),
         deliveries=deliveries,
@@ -126,7 +126,7 @@ def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tu
 
 
 def _check_ids(file: Path, ids: Iterable[int]) -> None:
-    wrong = [one for one in ids if not 0 <= one < MOST_AGENTS]
+    wrong = [token for token in ids if not 0 <= token < MOST_AGENTS]
     if wrong:
         raise RecordError(f"{file} names agent {wrong[0]}, but ids must be from 0 to {MOST_AGENTS - 1}.")
 
@@ -138,4 +138,4 @@ def objects(values: Iterable[Any]) -> TextArray:
 
 
 def _numbers(values: Iterable[float | None]) -> FloatArray:
-    return np.array([np.nan if one is None else one for one in values], dtype=np.float64)
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

@@ -156,7 +156,7 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
     weights = np.sum([kind.weights for kind in kinds], axis=0)
     classes = classes_of(np.column_stack([kind.able for kind in kinds]))
     parts = [_together(first[one], last[one], len(classes), number) for number, one in enumerate(classes)]
-    whole = sum(float(weights[one].sum()) * (len(one) - 1) / len(one) for one in classes)
+    whole = sum(float(weights[rows].sum()) * (len(rows) - 1) / len(rows) for rows in classes)
     shuffled = np.sum(parts, axis=0)
     return Lasting(
         share=ratio(float(shuffled[0]), whole) if classes else math.nan,
@@ -167,7 +167,7 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
 
 def _kind(one: Decided, agents: int) -> _Kind | None:
     """Return the agents' deviations in one kind; None if agents never differ or fewer than two can be compared."""
-    parts = [deviations(one.only(kept), one.moment[kept], agents) for kept in thirds(one)]
+    parts = [deviations(one.only(third), one.moment[third], agents) for third in thirds(one)]
     chance = variance(*parts)
     able = parts[0].able & parts[1].able
     if not chance > 0 or able.sum() < 2:

@@ -90,7 +90,7 @@ class CameraRun(Decisions):
     @property
     def all_readable(self) -> bool:
         """True if all decisions and answers are readable, so that none has to be left out."""
-        return super().all_readable and all(one["answer"] is not None for one in self.answers)
+        return super().all_readable and all(answer["answer"] is not None for answer in self.answers)
 
     @cached_property
     def collided(self) -> BoolArray:
@@ -119,4 +119,4 @@ def command_kinds(run: CameraRun) -> IntArray:
 def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:
     """Return each command's kind as an index into COMMAND_KINDS, (T,); the arguments are as in `CameraRun`."""
     amounts = zip(bearing.tolist(), asked.tolist(), turn.tolist(), gaze.tolist(), strict=True)
-    return np.array([COMMAND_KINDS.index(command_kind(*one)) for one in amounts], dtype=np.int64)
+    return np.array([COMMAND_KINDS.index(command_kind(*amount)) for amount in amounts], dtype=np.int64)

@@ -104,7 +104,11 @@ def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
     Rule 4 applies anywhere in a clause without a cue, as in "I see a wall and a door on the left".
     """
     statements = _statements(reply)
-    return {thing for thing in things if any(_sentence_claims(one, _thing(thing), widely=True) for one in statements)}
+    return {
+        thing
+        for thing in things
+        if any(_sentence_claims(statement, _thing(thing), widely=True) for statement in statements)
+    }
 
 
 @lru_cache(maxsize=1024)

@@ -46,8 +46,8 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
                 own = figures.setdefault(whole.form.name, whole.form.figures(seed))
                 own.add(member.shown, run, member.seed)
     return Examples(
-        pictures=tuple(picture for one in figures.values() for picture in one.pictures(shown)),
-        tables=tuple(table for one in figures.values() for table in one.tables(shown)),
+        pictures=tuple(picture for figure in figures.values() for picture in figure.pictures(shown)),
+        tables=tuple(table for figure in figures.values() for table in figure.tables(shown)),
         doubts=doubts,
     )
 

@@ -78,5 +78,5 @@ def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: 
     return [
         Shown(group, places[model] + turn * LOOKS, baseline)
         for model in models
-        for turn, group in enumerate(one for one in groups if one[at] == model)
+        for turn, group in enumerate(group for group in groups if group[at] == model)
     ]

@@ -20,7 +20,7 @@ from analysis.tables.texts import number, with_interval
 
 def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
     """Return, as text, the means of groups with 95 % intervals, then chance alone and the best policy."""
-    means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
+    means = [f"{group.label} {with_interval(group.mean, group.low, group.high)}" for group in groups]
     marks = [
         f"{what} {number(value)}"
         for what, value in (("chance alone", scale.null), ("the best policy", scale.best))

@@ -32,7 +32,7 @@ class Runs:
 
     def __init__(self, compared: Comparison, members: Sequence[Member], table: pd.DataFrame) -> None:
         factors = find_factors(
-            compared.group_columns, [one for one in compared.groups if one not in compared.baselines]
+            compared.group_columns, [group for group in compared.groups if group not in compared.baselines]
         )
         self._groups: Mapping[tuple[str, str, str], Group] = {
             side: group

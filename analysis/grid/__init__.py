@@ -22,7 +22,7 @@ def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
     if _UNLABELLED not in runs:
         return []
     missing, said = (int(runs[name].sum()) for name in (_UNLABELLED, _MESSAGES))
-    why = " or ".join(dict.fromkeys(one.unlabelled for one in labellings))
+    why = " or ".join(dict.fromkeys(labelling.unlabelled for labelling in labellings))
     notes = (
         [f"{missing} of {said} messages have no label because {why}; the measures that need these labels are missing"]
         if missing
@@ -32,7 +32,7 @@ def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
 
 
 def _methods(labellings: Sequence[Labelling]) -> list[str]:
-    labellers = joined(dict.fromkeys(one.labeller for one in labellings))
+    labellers = joined(dict.fromkeys(labelling.labeller for labelling in labellings))
     return [f"{labellers} decided which messages are warnings."]
 
 

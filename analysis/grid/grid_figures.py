@@ -90,7 +90,7 @@ class GridGroup:
 
     def course(self, name: str) -> Curve:
         """Return the share of agents for one of `COURSES`, with an interval over runs."""
-        return curve_of(self.shown, [one[name] for one in self.courses], 1.0)
+        return curve_of(self.shown, [course[name] for course in self.courses], 1.0)
 
     def _mean_curve(self, curves: Sequence[FloatArray]) -> SurvivalCurve | None:
         if not curves:
@@ -124,7 +124,7 @@ def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
         by_seed = [
             curve
             for seed, mine in group.places.items()
-            if (curve := _distance(mine, [one.places[seed] for one in groups if seed in one.places])) is not None
+            if (curve := _distance(mine, [group.places[seed] for group in groups if seed in group.places])) is not None
         ]
         if by_seed:
             found = curve_of(group.shown, by_seed, np.inf)
@@ -137,7 +137,7 @@ def _distance(mine: IntArray, every: Sequence[IntArray]) -> FloatArray | None:
     if not others:
         return None
     steps = min(one.shape[1] for one in (mine, *others))
-    apart = [np.hypot(*(mine[:, :steps].astype(np.float64) - one[:, :steps])).mean(axis=1) for one in others]
+    apart = [np.hypot(*(mine[:, :steps].astype(np.float64) - other[:, :steps])).mean(axis=1) for other in others]
     found: FloatArray = np.mean(apart, axis=0)
     return found
 

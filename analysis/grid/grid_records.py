@@ -162,7 +162,7 @@ def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[
     asked = [way or action for way, action in zip(keys["direction"], keys["action"], strict=True)]
     outcomes = {outcome: index for index, outcome in enumerate(OUTCOMES)}
     outcome, message_outcome = (
-        column([outcomes[one] for one in keys[name]], nothing=NONE) for name in ("outcome", "message_outcome")
+        column([outcomes[key] for key in keys[name]], nothing=NONE) for name in ("outcome", "message_outcome")
     )
     heard = np.array(list(map(len, keys["neighbours"])), dtype=np.int64)
     neighbours = np.array(list(chain.from_iterable(keys["neighbours"])), dtype=np.int64)

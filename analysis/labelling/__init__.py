@@ -201,7 +201,7 @@ def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tu
     """Return the hand-labelled texts of one use and origin; by default, the texts with which labellers are compared."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
     texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
-    return tuple(one for one in texts if (one.set, one.written) == (which, written))
+    return tuple(text for text in texts if (text.set, text.written) == (which, written))
 
 
 def rule_labelling() -> Labelling:
@@ -231,7 +231,7 @@ def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:
         if label.name not in BUILT_IN
     )
     corrections = {name: one.correction for name, one in found.items() if one.correction is not None}
-    kept = [*(one.version for one in corrections.values()), *(one.version for one in own)]
+    kept = [*(correction.version for correction in corrections.values()), *(one.version for one in own)]
     return replace(
         surrogate,
         version=" ".join([surrogate.version, *kept]),
@@ -249,9 +249,9 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
             "first, or use the rule."
         )
     by_fires: dict[tuple[str, ...], dict[str, bool]] = {}
-    for one in judge.judgements:
-        if one.label is not None:
-            by_fires.setdefault(tuple(one.context["fires"]), {})[one.text] = one.label == YES
+    for judgement in judge.judgements:
+        if judgement.label is not None:
+            by_fires.setdefault(tuple(judgement.context["fires"]), {})[judgement.text] = judgement.label == YES
     version = hashlib.sha256(msgspec.json.encode(judge)).hexdigest()[:16]
     digest = f" ({judge.digest[:12]})" if judge.digest else ""
     labeller = f"{judge.labeller}{digest}, question {judge.question_sha256[:8]}"
@@ -261,7 +261,7 @@ def _model_labelling(sweep: SweepFolder) -> Labelling:
 def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
     """Return the labels of the model that last labelled a sweep's texts with the label's current question, or None."""
     judges = LabelFolder.of(sweep, label.name).judges()
-    return next((one for one in judges if one.question_sha256 == label.question_sha256), None)
+    return next((judge for judge in judges if judge.question_sha256 == label.question_sha256), None)
 
 
 def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
@@ -269,7 +269,11 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
         return OwnLabel(label, "", None, correction)
-    judged = {content_of(one.text, one.context): one.label for one in judge.judgements if one.label is not None}
+    judged = {
+        content_of(judgement.text, judgement.context): judgement.label
+        for judgement in judge.judgements
+        if judgement.label is not None
+    }
     return OwnLabel(label, judge.labeller, judged, correction)
 
 

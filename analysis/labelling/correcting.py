@@ -166,7 +166,7 @@ def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: 
 
 
 def _shares(answers: Sequence[str]) -> dict[str, float]:
-    counts = Counter(one for one in answers if one != UNCLEAR)
+    counts = Counter(answer for answer in answers if answer != UNCLEAR)
     return {choice: count / counts.total() for choice, count in counts.items()}
 
 

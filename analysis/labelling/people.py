@@ -92,8 +92,10 @@ def _agreed(sweep: SweepFolder, label: Label) -> Iterator[dict[str, Any]]:
         return
     drawn = {one.item: one for one in kept.sample.drawn}
     people = {name: _clear(labels, drawn) for name, labels in kept.by_person.items()}
-    judges = {judge.labeller: {content_of(one.text, one.context): one.label for one in judge.judgements}
-              for judge in LabelFolder.of(sweep, label.name).judges()}  # fmt: skip
+    judges = {
+        judge.labeller: {content_of(text.text, text.context): text.label for text in judge.judgements}
+        for judge in LabelFolder.of(sweep, label.name).judges()
+    }
     models = {
         name: {item: said for item, one in drawn.items() if (said := labels.get(content_of(one.text, one.context)))}
         for name, labels in judges.items()

@@ -125,10 +125,10 @@ def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[i
         np.array([first[seed] - second[seed] for seed in first if seed in second])
         for first, second in itertools.combinations(shares.values(), 2)
     ]
-    pairs = [one for one in pairs if len(one) > 1]
+    pairs = [pair for pair in pairs if len(pair) > 1]
     if not pairs:
         raise InputError("No two models have texts in the same two seeds or more: run more seeds, then plan labels.")
-    return min(map(len, pairs)), float(np.mean([one.var(ddof=1) / len(one) for one in pairs]))
+    return min(map(len, pairs)), float(np.mean([pair.var(ddof=1) / len(pair) for pair in pairs]))
 
 
 def _needed(difference: float, power: float, variance: float, models: Sequence[Sequence[_Stratum]]) -> int | None:

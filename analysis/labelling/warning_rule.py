@@ -211,9 +211,9 @@ def _statements(sentence: str) -> Iterator[str]:
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
     clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]
-    clauses = [one for one in clauses if one]
+    clauses = [clause for clause in clauses if clause]
     if not asks or not sentence.rstrip(" \"'*").endswith("?"):
-        yield from (one for one in clauses if not asks or not _ASKED.search(one))
+        yield from (clause for clause in clauses if not asks or not _ASKED.search(clause))
         return
     for clause in clauses[:-1]:
         if not _STATED.match(clause) or _ASKED.search(clause):
@@ -223,7 +223,7 @@ def _statements(sentence: str) -> Iterator[str]:
 
 def _read(clause: str, *, urges: bool) -> _Clause:
     cues = [_Cue(str(one.lastgroup), one.start(), one.end()) for one in _CUES.finditer(clause)]
-    cues = _effective([replace(one, kind="fire") if one.kind == "hazard" and urges else one for one in cues])
+    cues = _effective([replace(cue, kind="fire") if cue.kind == "hazard" and urges else cue for cue in cues])
     kinds = {cue.kind for cue in cues}
     over = not kinds.isdisjoint(("over", "mistaken"))
     taken_back = over or "aside" in kinds or _is_denied(cues)
@@ -235,7 +235,7 @@ def _effective(cues: list[_Cue]) -> list[_Cue]:
     """Drop cues that cancel no mention: "do not go" (to the fire), "not out yet", and "until it is out"."""
     left: list[_Cue] = []
     awaited = False
-    for cue in (one for one in cues if one.kind != "forbidden"):
+    for cue in (cue for cue in cues if cue.kind != "forbidden"):
         before = left[-1] if left else None
         denies = before is not None and before.kind in ("not", "doubt", "denied") and cue.start - before.end <= _FAR
         awaited = awaited or cue.kind in ("until", "doubt")

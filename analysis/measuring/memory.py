@@ -163,6 +163,6 @@ def code_version(folders: tuple[Path, ...]) -> str:
     own = [file for folder in folders for place in ("", *_GROUPS) for file in sorted((folder / place).glob("*.py"))]
     for path in [*sorted(Path(__file__).parents[1].rglob("*.py")), *own]:
         state.update(path.read_bytes())
-    for one in (one for group in _GROUPS for one in own_modules(group)):
+    for one in (module for group in _GROUPS for module in own_modules(group)):
         state.update(f"{one.origin} {one.sha256}".encode())
     return state.hexdigest()

@@ -28,8 +28,8 @@ def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
         columns[SAID] = [text is not None for text in records.columns(["message"])["message"]]
     if NUMBER in schema.names:
         actions = columns["action"]
-        columns["action"] = [one if isinstance(one, str) else None for one in actions]
-        columns[NUMBER] = [None if isinstance(one, str) else one for one in actions]
+        columns["action"] = [action if isinstance(action, str) else None for action in actions]
+        columns[NUMBER] = [None if isinstance(action, str) else action for action in actions]
     steps = [pa.array(columns[field.name], type=field.type) for field in schema]
     runs = pa.array([run] * len(columns["step"]), type=_RUN[1])
     return pa.table([runs, *steps], schema=schema.insert(0, pa.field(*_RUN)))

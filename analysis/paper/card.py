@@ -127,7 +127,7 @@ def _measured(sweep: SweepFolder) -> _Measured:
         first.setdefault(key, result)
     folders = runs_by_id([source.folder for source in sources])
     own = tuple(members(table.frame, groups, shown_groups(compared), folders))
-    return _Measured(sweep, compared, first, own, readings([one.labelling for one in sources], table.measures))
+    return _Measured(sweep, compared, first, own, readings([source.labelling for source in sources], table.measures))
 
 
 def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:

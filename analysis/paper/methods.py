@@ -176,7 +176,7 @@ def _used(found: Basis) -> Iterator[str]:
 
 
 def _software(found: Basis) -> Iterator[str]:
-    made = dict.fromkeys(one.summary.foundry_version for one in found.members if one.summary is not None)
+    made = dict.fromkeys(member.summary.foundry_version for member in found.members if member.summary is not None)
     for place, version in enumerate(made):
         fields = {"title": "foundry", "author": "{The foundry developers}", "version": version}
         yield _entry("software", "foundry" if not place else f"foundry-{_slug(version)}", fields)

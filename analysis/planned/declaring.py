@@ -68,13 +68,13 @@ def declared(
             declared. A widest difference is not above its margin. The looks do not fit the seeds. No two conditions
             can be compared.
     """
-    seeds = list(dict.fromkeys(seed for one in conditions for seed in one.runs.values()))
+    seeds = list(dict.fromkeys(seed for condition in conditions for seed in condition.runs.values()))
     wanted = checked_looks(looks, len(seeds))
     _check_margins(family, margins)
     widest = widest or {}
     _check_widest(margins, widest)
     measures = _once(family)
-    code = {one: code_of(one, list(dict.fromkeys(forms))) for one in measures}
+    code = {measure: code_of(measure, list(dict.fromkeys(forms))) for measure in measures}
     pairs = compared_pairs(conditions, forms)
     if not pairs:
         raise InputError("There are no two conditions to compare: name two models, worlds or prompts.")
@@ -122,16 +122,20 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
 def out_of_reach(plan: Preregistration) -> list[str]:
     """Return a line for each look at which, after Holm's correction, no first test can be significant."""
     return [
-        f"at {one.seeds} seeds no p can reach {one.alpha_in_family:.2g}: use more seeds or fewer conditions"
-        for one in plan.looks
-        if least_p(one.seeds) > one.alpha_in_family
+        f"at {look.seeds} seeds no p can reach {look.alpha_in_family:.2g}: use more seeds or fewer conditions"
+        for look in plan.looks
+        if least_p(look.seeds) > look.alpha_in_family
     ]
 
 
 def never_the_same(plan: Preregistration) -> list[str]:
     """Return a line for each measure whose equality cannot be shown, with the remedy."""
-    lines = [line for one in plan.measures if one.margin is not None and (line := _unreachable(one, len(plan.seeds)))]
-    names = [one.name for one in plan.measures if one.margin is None]
+    lines = [
+        line
+        for measure in plan.measures
+        if measure.margin is not None and (line := _unreachable(measure, len(plan.seeds)))
+    ]
+    names = [measure.name for measure in plan.measures if measure.margin is None]
     if len(plan.looks) == 1 or not names:
         return lines
     return [
@@ -190,7 +194,7 @@ def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
 
 def _measures(signature: Signature, part: Part, measure: str) -> bool:
     plain = measure.removesuffix("_readable") if signature.is_readable_only(measure) else measure
-    patterns = (one.partition("*") for one in part.measures)
+    patterns = (measure.partition("*") for measure in part.measures)
     return any(
         plain == start if not star else plain.startswith(start) and plain.endswith(end) for start, star, end in patterns
     )
@@ -242,18 +246,20 @@ def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
 
 def compared_pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
     """Return, for each pair of conditions that differ in only one factor, this factor and the forms of both worlds."""
-    factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
+    factors = dict.fromkeys(
+        key for condition in conditions for key in condition.factors if key not in (*KEYS, "sampling_seed")
+    )
     rows = [
         {
-            "run": next(iter(one.runs)),
-            "world": one.world.name,
-            "model": one.model.name,
-            "prompt": one.prompt.name,
+            "run": next(iter(condition.runs)),
+            "world": condition.world.name,
+            "model": condition.model.name,
+            "prompt": condition.prompt.name,
             "seed": 0,
             "status": "",
-            **{key: str(one.factors.get(key)) for key in factors},
+            **{key: str(condition.factors.get(key)) for key in factors},
         }
-        for one in conditions
+        for condition in conditions
     ]
     table = SignatureTable(pd.DataFrame(rows), tuple(factors), (), (frozenset(),) * len(rows))
     form = dict(zip(group_keys(swept_columns(table)), forms, strict=True))

@@ -68,15 +68,15 @@ def plans_of(
     """
     notes: list[str] = []
     first: Held | None = None
-    for one in sweeps:
-        file = one.path / PREREGISTRATION_FILE
-        late = made_late(one)
+    for sweep in sweeps:
+        file = sweep.path / PREREGISTRATION_FILE
+        late = made_late(sweep)
         if late:
             notes.append(late)
-        elif first is not None and preregistration_of(one.path):
+        elif first is not None and preregistration_of(sweep.path):
             notes.append(f"{file} is not used here: analyse its sweep alone")
         elif first is None:
-            first = held(one, table, groups, asked=asked)
+            first = held(sweep, table, groups, asked=asked)
     return first, notes
 
 
@@ -123,13 +123,17 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
     frame, keys = table.frame, group_keys(groups)
     own = frame["run"].isin(declared.runs)
     plan = Plan(
-        family=tuple(one.name for one in declared.measures if one.name in table.measures),
+        family=tuple(measure.name for measure in declared.measures if measure.name in table.measures),
         groups=frozenset(key for key, mine in zip(keys, own, strict=True) if mine),
-        looks=tuple(one.seeds for one in declared.looks),
+        looks=tuple(look.seeds for look in declared.looks),
         seeds=tuple(declared.seeds),
         reached=_reached(declared, set(frame["run"][frame["status"].isin((COMPLETE, FAILED))])),
-        margins={one.name: one.margin for one in declared.measures if one.margin and one.name in table.measures},
-        widest={one.name: one.widest for one in declared.measures if one.widest},
+        margins={
+            measure.name: measure.margin
+            for measure in declared.measures
+            if measure.margin and measure.name in table.measures
+        },
+        widest={measure.name: measure.widest for measure in declared.measures if measure.widest},
         changed=frozenset(_changed(declared)),
         known=declared.known,
     )
@@ -154,18 +158,18 @@ def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str
 def _reached(declared: Preregistration, ended: set[str]) -> int:
     open_seeds = {seed for run, seed in declared.runs.items() if run not in ended}
     first = next((place for place, seed in enumerate(declared.seeds) if seed in open_seeds), len(declared.seeds))
-    return sum(one.seeds <= first for one in declared.looks)
+    return sum(look.seeds <= first for look in declared.looks)
 
 
 def _changed(declared: Preregistration) -> Iterator[str]:
     """Yield the measures whose code has changed since the plan, or no longer exists."""
-    for one in declared.measures:
+    for measure in declared.measures:
         try:
-            now = code_of(one.name, list(one.code_sha256))
+            now = code_of(measure.name, list(measure.code_sha256))
         except InputError:
             now = {}
-        if now != one.code_sha256:
-            yield one.name
+        if now != measure.code_sha256:
+            yield measure.name
 
 
 def _differences(
@@ -173,7 +177,7 @@ def _differences(
 ) -> Iterator[str]:
     frame = table.frame
     runs = set(frame["run"])
-    lacking = sum(runs.isdisjoint(one.runs) for one in declared.conditions)
+    lacking = sum(runs.isdisjoint(condition.runs) for condition in declared.conditions)
     if lacking:
         yield f"{lacking} of the {len(declared.conditions)} planned conditions are missing"
     others = [
@@ -184,7 +188,7 @@ def _differences(
     yield from _of_seeds(declared, plan, table, keys)
     if plan.changed:
         yield f"the code of {joined(sorted(plan.changed))} has changed since the plan, so these results are exploratory"
-    absent = [one.name for one in declared.measures if one.name not in table.measures]
+    absent = [measure.name for measure in declared.measures if measure.name not in table.measures]
     if absent and frame["status"].eq(COMPLETE).any():
         yield f"no run has {joined(absent)}"
     yield from other_versions(declared, sweep)
@@ -206,7 +210,7 @@ def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[st
     """Yield a line for each difference of a sweep from the declared version of foundry and the declared weights."""
     if declared.foundry != __version__:
         yield f"it was made with foundry {declared.foundry}; this is {__version__}"
-    now = {one["name"]: one.get("digest") for one in sweep.models}
+    now = {model["name"]: model.get("digest") for model in sweep.models}
     for one in declared.models:
         if one["name"] in now and one.get("digest") and now[one["name"]] not in (None, one["digest"]):
             yield f"{one['name']} has other weights"

@@ -63,7 +63,9 @@ def _write_below(figure: Figure, key: Sequence[str]) -> None:
 def fitting(labels: Sequence[str]) -> Mapping[str, str]:
     """Return the shown labels of a heatmap's columns: the labels, or letters if any labels would overlap."""
     room = _HEAT_IN / len(labels)
-    return {label: label for label in labels} if all(lines(one) * LINE_IN < room for one in labels) else keys(labels)
+    return (
+        {label: label for label in labels} if all(lines(label) * LINE_IN < room for label in labels) else keys(labels)
+    )
 
 
 def _key(names: Mapping[str, str]) -> list[str]:

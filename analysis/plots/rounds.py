@@ -89,10 +89,10 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
     """Return a figure with a panel of lanes for each run; a key to the colours is below."""
     labels = lanes[0].labels if lanes else ()
     rows = -(-len(labels) // 3)
-    heights = [0.5 + min(0.09 * one.values.shape[0] + 0.2, 2.4) for one in lanes]
+    heights = [0.5 + min(0.09 * lane.values.shape[0] + 0.2, 2.4) for lane in lanes]
     figure = new_figure(sum(heights) + 0.45 + 0.15 * rows)
     axes = figure.subplots(max(len(lanes), 1), 1, squeeze=False, height_ratios=heights or [1])[:, 0]
-    most = max((float(np.nanmax(one.values, initial=0.0)) for one in lanes), default=1.0)
+    most = max((float(np.nanmax(lane.values, initial=0.0)) for lane in lanes), default=1.0)
     for ax, one in zip(axes, lanes, strict=False):
         image = _draw_lanes(ax, one, most)
     axes[-1].set_xlabel("Round")

@@ -43,8 +43,8 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> A
     """Compare two non-empty samples; without a random generator, `p` is NaN."""
     m, n = first.total(), second.total()
     choices = sorted(first.keys() | second.keys())
-    a = np.array([first[one] for one in choices], dtype=np.int64)
-    b = np.array([second[one] for one in choices], dtype=np.int64)
+    a = np.array([first[choice] for choice in choices], dtype=np.int64)
+    b = np.array([second[choice] for choice in choices], dtype=np.int64)
     distance = 0.5 * float(np.abs(a / m - b / n).sum())
     floor = 0.5 * sum(expected_gap(int(count), m, n) for count in a + b)
     return Apart(distance, floor, math.nan if rng is None else _p(a + b, m, n, distance, rng))

@@ -26,12 +26,12 @@ class Layout:
 
     def table(self, name: str, frame: pd.DataFrame) -> Table:
         """Convert a table of numbers to a short table of texts."""
-        numbers = [one for one in self.figures if one not in (*self.ends, "p_holm")]
+        numbers = [figure for figure in self.figures if figure not in (*self.ends, "p_holm")]
         told = told_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
                          self.ends)  # fmt: skip
         columns = (*self.labels, *self.figures)
-        heads = tuple("p (Holm)" if one == "p_holm" else one.replace("_", " ") for one in columns)
-        return Table(name, self.caption, heads, tuple(tuple(str(row[one]) for one in columns) for row in told),
+        heads = tuple("p (Holm)" if column == "p_holm" else column.replace("_", " ") for column in columns)
+        return Table(name, self.caption, heads, tuple(tuple(str(row[column]) for column in columns) for row in told),
                      labels=len(self.labels))  # fmt: skip
 
 

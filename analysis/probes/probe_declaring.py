@@ -170,7 +170,7 @@ def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, 
     if found is None:
         return None, []
     declared, sha256 = found
-    names, looks = tuple(one.name for one in declared.measures), tuple(one.seeds for one in declared.looks)
+    names, looks = tuple(measure.name for measure in declared.measures), tuple(look.seeds for look in declared.looks)
     plan = Plan(names, frozenset(), looks, tuple(declared.seeds), reached=1, known=declared.known)
     return Held(declared, sha256, plan, tuple(_differences(declared, folder))), []
 

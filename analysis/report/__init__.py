@@ -54,7 +54,7 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
     path = found.sweeps[0].report_file_of(len(found.sweeps)) if out is None else out
     folder = found.analysis.path / "plots"
     write_page(path, render(found, path.resolve().parent, folder))
-    missing = {one.folder.id for one in found.members if not one.complete and not one.shown.baseline}
+    missing = {member.folder.id for member in found.members if not member.complete and not member.shown.baseline}
     unfinished = tuple(sweep for sweep in found.sweeps if any(run.id in missing for run in sweep.runs()))
     complete = sum(member.complete for member in found.members)
     return Report(path, len(found.members), complete, folder, unfinished)

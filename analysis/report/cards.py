@@ -137,13 +137,15 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
 
 def _compared(found: Material, moment: Moment, base: Path) -> str:
     runs = (moment.level_run, moment.reference_run)
-    inside = {one.folder.id for one in found.members if one.folder.path.parent.resolve() == (base / "runs").resolve()}
+    inside = {
+        member.folder.id for member in found.members if member.folder.path.parent.resolve() == (base / "runs").resolve()
+    }
     return f"{'/'.join(runs)}?step={moment.step}&agent={moment.agent}" if inside.issuperset(runs) else ""
 
 
 def _crop(found: Material, moment: Moment) -> Markup:
     """Return a picture of the agent's surroundings in an example moment; both runs had the same prompt there."""
-    member = next(one for one in found.members if one.folder.id == moment.level_run)
+    member = next(member for member in found.members if member.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:
         return Markup("")

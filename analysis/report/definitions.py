@@ -54,7 +54,7 @@ def _docstrings(part: Part) -> str:
 
 def _with_null(block: Block, part: Part) -> Block:
     measures = [part.measures[name] for name in block.name.split(", ") if name in part.measures]
-    return replace(block, null="; ".join(dict.fromkeys(str(one.null) for one in measures if one.null)))
+    return replace(block, null="; ".join(dict.fromkeys(str(measure.null) for measure in measures if measure.null)))
 
 
 def blocks(text: str) -> list[Block]:

@@ -82,7 +82,9 @@ def _of_reach(found: Material) -> list[str]:
 
 
 def _without_digest(found: Material) -> list[str]:
-    known = {one.summary.model for one in found.members if one.summary is not None and one.summary.model_digest}
+    known = {
+        member.summary.model for member in found.members if member.summary is not None and member.summary.model_digest
+    }
     served = [member.folder.config()["model"] for member in found.members]
     names = dict.fromkeys(str(model["name"]) for model in served if is_served(model))
     return [name for name in names if name not in known]

@@ -58,7 +58,9 @@ def models_grid(found: Material) -> Grid:
         kept = {key: value for key, value in config.items() if key not in _HOW_REACHED}
         settings = ", ".join(f"{path}={value}" for path, value in leaves(kept) if path)
         known = digests.get(name, {})
-        digest = _unique(one.summary.model_digest for one in found.members if one.summary and one.summary.model == name)
+        digest = _unique(
+            member.summary.model_digest for member in found.members if member.summary and member.summary.model == name
+        )
         row = (name, digest or known.get("digest") or "none", known.get("server_version") or "-", settings)
         rows[row] = rows.get(row, 0) + 1
     columns = ("model", "digest", "server version", "settings", "runs")
@@ -142,14 +144,14 @@ def _cost(mine: Sequence[Member]) -> tuple[tuple[str, ...], float, float]:
     summaries = [member.summary for member in mine if member.summary is not None]
     counts = [summary.counts for summary in summaries]
     totals = [
-        sum(getattr(one, name) for one in counts)
+        sum(getattr(count, name) for count in counts)
         for name in ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
     ]
     reused = reused_share(counts)
-    timed = [one.model_s for one in counts]
+    timed = [count.model_s for count in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
     told = (*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}")
-    return told, model_s, sum(one.duration_s for one in summaries)
+    return told, model_s, sum(summary.duration_s for summary in summaries)
 
 
 def configs(found: Material) -> list[tuple[str, str]]:
@@ -201,7 +203,7 @@ def failures_grid(found: Material, base: Path) -> Grid | None:
 
 def runs_grid(found: Material, base: Path) -> Grid:
     """Return a row for every run: status, counts, time, and the place of its first unreadable decision."""
-    wall_s = alike([math.nan if one.summary is None else one.summary.duration_s for one in found.members])
+    wall_s = alike([math.nan if member.summary is None else member.summary.duration_s for member in found.members])
     rows = [
         (link(member, base), member.shown.label, *_run(member, found), seconds)
         for member, seconds in zip(found.members, wall_s, strict=True)
@@ -228,7 +230,10 @@ def period(found: Material) -> str:
     summaries = [member.summary for member in found.members if member.summary is not None]
     if not summaries:
         return "no run has ended"
-    first, last = min(one.started or one.ended for one in summaries), max(one.ended for one in summaries)
+    first, last = (
+        min(summary.started or summary.ended for summary in summaries),
+        max(summary.ended for summary in summaries),
+    )
     return f"{first[:19].replace('T', ' ')} to {last[:19].replace('T', ' ')} UTC"
 
 

@@ -127,7 +127,9 @@ def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
 def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
     compared = found.analysis.compared
     seeds = [len(compared.values[one.group]) for one in found.shown]
-    columns = [mean_cells([compared.estimates.get((one, of.group)) for of in found.shown], seeds) for one in measures]
+    columns = [
+        mean_cells([compared.estimates.get((measure, of.group)) for of in found.shown], seeds) for measure in measures
+    ]
     labels = [one.label + (" (baseline)" if one.baseline else "") for one in found.shown]
     return grid(caption, ("group", *heads), list(zip(labels, *columns, strict=True)))
 
@@ -155,7 +157,11 @@ def values_grid(found: Material, base: Path) -> Grid:
     kept = [index for index, member in enumerate(found.members) if member.complete]
     values = found.analysis.runs[columns].to_numpy(dtype=np.float64)[kept]
     members = [found.members[index] for index in kept]
-    names = [[link(one, base) for one in members], [one.shown.label for one in members], [one.seed for one in members]]
+    names = [
+        [link(member, base) for member in members],
+        [member.shown.label for member in members],
+        [member.seed for member in members],
+    ]
     cells = [*names, *(alike(column.tolist()) for column in values.T)]
     caption = "The tested measures of every complete run; signatures.csv has all other measures."
     return grid(caption, ("run", "group", "seed", *columns), list(zip(*cells, strict=True)), labels=2)
@@ -216,13 +222,13 @@ def run_grids(found: Material, base: Path) -> list[tuple[str, Grid]]:
     by_run = {member.folder.id: member for member in found.members}
     return [
         (
-            one.title,
+            table.title,
             grid(
-                one.caption,
-                one.columns,
-                [(link(by_run[run], base), *cells) for run, *cells in one.rows],
-                labels=one.labels,
+                table.caption,
+                table.columns,
+                [(link(by_run[run], base), *cells) for run, *cells in table.rows],
+                labels=table.labels,
             ),
         )
-        for one in found.examples.tables
+        for table in found.examples.tables
     ]

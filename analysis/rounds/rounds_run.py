@@ -64,7 +64,9 @@ class RoundsRun(AnyRun):
 
     def column(self, kind: str, key: str) -> FloatArray:
         """Return the values of one key of the decisions as numbers, (T, N); NaN where a value is null."""
-        values = np.array([np.nan if one is None else one for one in self.columns[key].tolist()], dtype=np.float64)
+        values = np.array(
+            [np.nan if column is None else column for column in self.columns[key].tolist()], dtype=np.float64
+        )
         return self.placed(kind, values, fill=np.nan)
 
     def shares(self, kind: str) -> dict[str, FloatArray]:

@@ -107,5 +107,6 @@ def context_of(columns: Sequence[str], group: Group, factors: Sequence[Factor], 
 def sides_of(columns: Sequence[str], group: Group, factors: Sequence[Factor]) -> list[tuple[str, str, str]]:
     """Return, for each factor, the factor, level and context with which the table of contrasts names a group."""
     return [
-        (one.name, group[columns.index(one.name)], context_of(columns, group, factors, one.name)) for one in factors
+        (factor.name, group[columns.index(factor.name)], context_of(columns, group, factors, factor.name))
+        for factor in factors
     ]

@@ -134,7 +134,7 @@ def _merges(means: FloatArray) -> _Merges:
     """
     draws, count, _ = means.shape
     every, levels = np.arange(draws), np.arange(count)
-    apart = np.sqrt(sum((one[:, :, None] - one[:, None]) ** 2 for one in np.moveaxis(means, -1, 0)))
+    apart = np.sqrt(sum((axis[:, :, None] - axis[:, None]) ** 2 for axis in np.moveaxis(means, -1, 0)))
     apart[:, levels, levels] = np.inf
     holds = np.broadcast_to(np.eye(count, dtype=bool), apart.shape).copy()
     numbers = np.broadcast_to(levels, (draws, count)).copy()

@@ -55,7 +55,7 @@ class Paired:
 
     def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
         """Return the pairs of only the given rows."""
-        arrays = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "pair"}
+        arrays = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "pair"}
         return replace(self, pair=tuple(self.pair[row] for row in rows), **arrays)
 
     def of_seeds(self, seeds: BoolArray) -> Paired:

@@ -143,7 +143,7 @@ def equivalence(
     rows = np.flatnonzero(~np.isnan(margin))
     own = paired.of_rows(rows)
     looks = [own] if plan is None else plan.at_looks(values, own)
-    p = np.array([_equivalence_p(one, margin[rows], widest[rows]) for one in looks])
+    p = np.array([_equivalence_p(look, margin[rows], widest[rows]) for look in looks])
     if len(p):
         found[rows] = p[-1]
         if plan is not None:  # a one-sided test errs half as often as a two-sided one

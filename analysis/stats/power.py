@@ -106,8 +106,8 @@ def seeds_needed(
     frame["sd_high"] = sd_bound(sd, n)
     frame["difference"] = difference
     by_pairs = (alpha / frame["pairs"]).tolist()
-    fewest = {one: fewest_pairs(one) for one in set(by_pairs)}
-    frame["n_exact"] = np.array([fewest[one] or np.nan for one in by_pairs], dtype=np.float64)
+    fewest = {pair: fewest_pairs(pair) for pair in set(by_pairs)}
+    frame["n_exact"] = np.array([fewest[pair] or np.nan for pair in by_pairs], dtype=np.float64)
     frame[["n_alone", "n_family", "n_cautious"]] = np.nan
     for _, rows in frame.groupby(list(PAIR), sort=False):
         frame.loc[rows.index, ["n_alone", "n_family"]] = _needed(rows, "sd", alpha, target)

@@ -75,7 +75,7 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
     return SeedValues(
         columns=tuple(map(str, groups.columns)),
         groups=tuple(names),
-        seeds=tuple(int(one) for one in seeds),
+        seeds=tuple(int(seed) for seed in seeds),
         measures=table.measures,
         values=_cell_means(table.frame[list(table.measures)].to_numpy(dtype=np.float64), cell, shape),
         asked=_any(group, seed, shape, np.ones(len(keys), dtype=bool)),

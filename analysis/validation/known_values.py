@@ -93,9 +93,9 @@ def _row(
         "best_policy": facts.best or "",
         "best": means.get(facts.best or "", math.nan),
         "closed_forms": "; ".join(
-            f"{one.name} {number(one.value)}{elsewhere(one, run.config['world'], facts.world)}"
-            for one in facts.closed_forms
-            if one.column == facts.score
+            f"{closed_form.name} {number(closed_form.value)}{elsewhere(closed_form, run.config['world'], facts.world)}"
+            for closed_form in facts.closed_forms
+            if closed_form.column == facts.score
         ),
         "published_model": near.model if near else "",
         "published": near.value if near else math.nan,
@@ -148,8 +148,8 @@ def changed(settings: Mapping[str, Any], world: str) -> str:
 def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
     """Return the settings for which a value holds, such as ` (at agents=10)`; "" if the run has the same settings."""
     usual = _settings_of(world)
-    for one in form.overrides:
-        path, _, value = one.partition("=")
+    for override in form.overrides:
+        path, _, value = override.partition("=")
         part, *keys = path.split(".")
         if part == "world":
             usual = _with(usual, keys, yaml.safe_load(value))

@@ -203,7 +203,7 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
 
     sweep = declare(composed.sweep)
     circumstances, note = _circumstances(composed, sweep, places)
-    forms = [one.declared.form for one in sweep.conditions if one.declared is not None]
+    forms = [condition.declared.form for condition in sweep.conditions if condition.declared is not None]
     return declared(conditions_of(sweep), forms, **asked, **circumstances), note
 
 
@@ -242,7 +242,7 @@ def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
     """Return the first range of new seeds, as many as `seeds`: without cached answers, and in no analysed sweep."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
-        sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])
+        sweep = expand(composed.asked, [replace(condition, seeds=tuple(fresh)) for condition in composed.conditions])
         if not any(_known(composed, sweep, known_models(sweep)[0], places)):
             return f"{fresh[0]}-{fresh[-1]}"
     raise AssertionError("a cache holds finitely many answers")
@@ -255,7 +255,7 @@ def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> N
         f"{count} for {counted(plan.pairs[factor], 'pair')} of levels of {factor}"
         for factor, count in plan.tests.items()
     )
-    looks = ", ".join(f"{one.seeds} seeds (level {one.alpha:.2g})" for one in plan.looks)
+    looks = ", ".join(f"{look.seeds} seeds (level {look.alpha:.2g})" for look in plan.looks)
     print(f"{sha256}  {folder / PREREGISTRATION_FILE}")
     print(f"{len(plan.seeds)} seeds; tests: {tests}; looks after {looks}")
     for line in [*out_of_reach(plan), *never_the_same(plan), *filter(None, [note])]:

@@ -53,7 +53,7 @@ def _check_parts(asked: Sequence[str], json: bool) -> int:
     else:
         rows = [(one.part, one.check, one.status.value, one.note) for one in (failed(checks) if is_quiet() else checks)]
         console().print(frame_table(rows, ("of", "check", "status", "what to do")))
-        passed = sum(one.status == "passed" for one in checks)
+        passed = sum(check.status == "passed" for check in checks)
         print(f"{passed} of {len(checks)} checks passed, {len(failed(checks))} failed")
     return EXIT_INPUT if failed(checks) else EXIT_OK
 

@@ -65,7 +65,7 @@ def label(
         return
     judge = asyncio.run(_ask(composed, _cache_of(opened, composed), asked, texts))
     file = LabelFolder.of(opened, name).keep_judge(judge)
-    unreadable = sum(one.label is None for one in judge.judgements)
+    unreadable = sum(judgement.label is None for judgement in judge.judgements)
     print(f"{len(texts)} distinct texts labelled; for {unreadable} of them the answer was unreadable")
     if judge.by_hand:
         from analysis.labelling import labelling_of

@@ -75,7 +75,7 @@ def doctor(
     if json:
         print_json({"findings": findings, "models": installed})
     else:
-        shown = [one for one in findings if one.status is not Status.OK] if is_quiet() else findings
+        shown = [finding for finding in findings if finding.status is not Status.OK] if is_quiet() else findings
         rows = [(one.check, one.subject, one.status.value, one.found, one.advice) for one in shown]
         if rows:
             console().print(frame_table(rows, ("check", "of", "status", "found", "what to do")))
@@ -175,7 +175,7 @@ def config(
     }
     for title, settings in tables.items():
         if settings:
-            rows = [(one.setting, _shown(one.value), one.origin) for one in settings]
+            rows = [(setting.setting, _shown(setting.value), setting.origin) for setting in settings]
             console().print(frame_table(rows, (title, "value", "from")))
     say(f"your own defaults: {file}" + ("" if file.is_file() else " (not there)"))
 

@@ -124,13 +124,13 @@ def play(
 
 def _overrides_alone(arguments: Sequence[str]) -> list[str]:
     folders = list(config_dirs(arguments))
-    return [one for one in arguments if one not in (*CONFIG_DIR, *map(str, folders))]
+    return [argument for argument in arguments if argument not in (*CONFIG_DIR, *map(str, folders))]
 
 
 def folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
     """Split a command line into the folders at its beginning, and the other arguments."""
     folders = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), arguments))
-    return [Path(one) for one in folders], list(arguments[len(folders) :])
+    return [Path(folder) for folder in folders], list(arguments[len(folders) :])
 
 
 def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str]) -> int:
@@ -144,7 +144,7 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
         return EXIT_OK
     with tempfile.TemporaryDirectory() as scratch:
         rows = planned(composed, Path(scratch))
-    texts = [(one.edit, str(one.moments), str(one.conditions), f"{one.calls:,}") for one in rows]
+    texts = [(row.edit, str(row.moments), str(row.conditions), f"{row.calls:,}") for row in rows]
     console().print(frame_table(texts, ("edit", "moments", "conditions", "calls")))
     say(f"{composed.asked}; with these edits, calls: {sum(one.calls for one in rows):,}")
     return EXIT_OK
@@ -154,9 +154,9 @@ def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder
     from foundry.trust.unknown import check_sweep_targets
 
     sweeps = [SweepFolder.open(path) for path in folders]
-    for one in sweeps:
-        check_sweep_targets(one.sweep, one.settings, trusted)
-        one.sweep = reached_now(one.sweep)
+    for sweep in sweeps:
+        check_sweep_targets(sweep.sweep, sweep.settings, trusted)
+        sweep.sweep = reached_now(sweep.sweep)
     return sweeps
 
 
@@ -172,7 +172,7 @@ def composed_probe(
     probe = compose_probe(sweeps, arguments, read_defaults())
     if probe is not None and not trust_servers:
         models = [condition.config["model"] for condition in probe.composed.conditions]
-        recorded = [condition.config["model"] for one in sweeps for condition in one.sweep.conditions]
+        recorded = [condition.config["model"] for sweep in sweeps for condition in sweep.sweep.conditions]
         check_models(models, typed=arguments, recorded=recorded)
     return probe
 

@@ -57,7 +57,7 @@ def replay(
     for one in recordings:
         if one.note:
             print(for_screen(f"{one.id}: {one.note}"))
-    chosen = chosen_steps(steps, every, max(one.last for one in recordings))
+    chosen = chosen_steps(steps, every, max(recording.last for recording in recordings))
     if svg is not None:
         _sketch(svg, folders, recordings, None if steps is None and every is None else chosen)
         return
@@ -117,7 +117,7 @@ def _sketch(
     from analysis.figures.sketch import sketch
     from foundry.replay.tiling import captions
 
-    if unfinished := next((one for one in recordings if one.note), None):
+    if unfinished := next((recording for recording in recordings if recording.note), None):
         raise InputError(f"--svg only draws complete runs, but {unfinished.id} is not complete: {unfinished.note}.")
     file.write_text(sketch(dict(zip(captions(recordings), runs, strict=True)), steps), encoding="utf-8")
     print(f"wrote {file}")

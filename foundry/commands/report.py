@@ -192,7 +192,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     table = build_table([measure_run(run, source).without_steps() for run in runs])
     compared = compare(table, pd.DataFrame({"condition": [run.run.condition for run in runs]}))
     planned = preregistration_of(sweep.path)
-    asked = family or (None if planned is None else [one.name for one in planned[0].measures])
+    asked = family or (None if planned is None else [measure.name for measure in planned[0].measures])
     names = declared_measures(asked, table.measures, table.present)
     means: dict[int, dict[str, Mean]] = {}
     for (name, (condition,)), one in compared.estimates.items():

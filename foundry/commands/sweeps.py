@@ -244,7 +244,7 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
     if failed:
         lines.append(f"  try the failed runs again with: {_going_on(folder)}")
     print("\n".join(lines))
-    is_whole = all(one is not None and one.status == "complete" for one in summaries)
+    is_whole = all(summary is not None and summary.status == "complete" for summary in summaries)
     return EXIT_OK if is_whole else EXIT_FAILED, len(lines)
 
 

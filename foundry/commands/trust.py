@@ -57,7 +57,7 @@ def verify(
     with only_json(json):
         found = verify_runs(folder, runs, workers=min(workers or joblib.cpu_count(), len(runs)), frames=frames)
         results = sorted(with_bar(found, "verifying", len(runs)), key=lambda one: one.run)
-    counts = {verdict: sum(one.verdict == verdict for one in results) for verdict in Verdict}
+    counts = {verdict: sum(result.verdict == verdict for result in results) for verdict in Verdict}
     apart = list(weights_apart(runs))
     if json:
         print_json({"sweep": folder.path, "verdicts": counts, "runs": results, "weights": apart})
@@ -78,7 +78,7 @@ def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) ->
         elif is_verbose():
             print(for_screen(f"{one.run} {one.verdict}: {one.lines:,} lines, {one.calls:,} questions"))
     verdicts = [f"{count} {verdict}" for verdict, count in counts.items() if count]
-    lines, calls = sum(one.lines for one in results), sum(one.calls for one in results)
+    lines, calls = sum(result.lines for result in results), sum(result.calls for result in results)
     print(f"{len(results)} runs: {', '.join(verdicts)}; {lines:,} lines and {calls:,} questions compared")
 
 

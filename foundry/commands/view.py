@@ -124,7 +124,7 @@ def watched(folder: SweepFolder, asked: object) -> Iterator[None]:
     from foundry.viewer.http import open_in_browser
     from foundry.viewer.live import serve_live
 
-    worlds = {str(one.config["world"].get("_target_")) for one in folder.sweep.conditions}
+    worlds = {str(condition.config["world"].get("_target_")) for condition in folder.sweep.conditions}
     with serve_live(folder.path, sorted(world.rpartition(".")[0] for world in worlds)) as url:
         print(f"watch at {url}", flush=True)
         open_in_browser(url)

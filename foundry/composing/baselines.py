@@ -36,7 +36,9 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
     for condition in sweep.conditions:
         worlds.setdefault(settings_key(condition.config["world"]), []).append(condition)
     compared = {condition.config["model"]["name"] for condition in sweep.conditions}
-    conditions = [one for conditions in worlds.values() for one in _conditions(conditions, compared, known_policies)]
+    conditions = [
+        condition for conditions in worlds.values() for condition in _conditions(conditions, compared, known_policies)
+    ]
     return expand(("baselines of", *sweep.asked), conditions)
 
 

@@ -164,7 +164,7 @@ def _composed(argv: Sequence[str], points: Sequence[Point], launch: Launch | Non
     settings["record"] = configs[0]["record"]
     given = overridden([*argv, *(override for point in points for override in point.overrides)])
     given |= {"seed"} if any(point.seeds for point in points) else set()
-    conditions = [replace(one, config=defaults.put_into(one.config, given)) for one in conditions]
+    conditions = [replace(condition, config=defaults.put_into(condition.config, given)) for condition in conditions]
     chosen = defaults.chosen(given, [point.choices for point in points])
     return Composed(
         asked=(*chosen, *argv),
@@ -323,7 +323,7 @@ def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> Inpu
     with contextlib.suppress(FoundryError):
         composed = compose(rest, folders=folders) if len(rest) < len(argv) else None
         if composed is not None:
-            configs = [{**composed.settings, **one.config, "seed": 0} for one in composed.conditions]
+            configs = [{**composed.settings, **condition.config, "seed": 0} for condition in composed.conditions]
             lacking = [config for config in configs if key not in _siblings(config, key)]
             if 0 < len(lacking) < len(configs):
                 return _lacking(key, configs, lacking[0])
@@ -333,7 +333,7 @@ def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> Inpu
 
 def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str, Any]) -> InputError:
     role = key.partition(".")[0]
-    having = next(one for one in configs if key in _siblings(one, key))
+    having = next(config for config in configs if key in _siblings(config, key))
     return InputError(
         f"{role.capitalize()} '{config[role]['name']}' has no setting '{key}', which {role} '{having[role]['name']}' "
         f"has. Run the two {role}s in separate commands, or leave the setting out."

@@ -71,7 +71,7 @@ class Defaults:
         return tuple(
             f"{group}={option}"
             for group, option in self.choices.items()
-            if group not in given and any(one.get(group) == option for one in choices)
+            if group not in given and any(choice.get(group) == option for choice in choices)
         )
 
     def hint(self, error: str) -> str:

@@ -47,7 +47,7 @@ def remember(folder: SweepFolder, infos: Mapping[str, ModelInfo], cache: str) ->
 def _measured(
     sweep: Sweep, infos: Mapping[str, ModelInfo], opened: Callable[[str], Answers | None], cache: str
 ) -> Iterator[tuple[Model, str, KnownWeights]]:
-    configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
+    configs = {settings_key(condition.config["model"]): condition.config["model"] for condition in sweep.conditions}
     measured = {key: info for key, info in infos.items() if any(one.measured for one in each_info(info))}
     answers = opened(cache) if measured else None
     if answers is None:

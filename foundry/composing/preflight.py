@@ -28,9 +28,9 @@ def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Seque
     held = [(schemas[asked.kind], asked) for schemas in _schemas(model) for asked in questions if asked.kind in schemas]
     for schema, question in held:
         for name, choices in _choices(schema):
-            read = [one for one in choices if _is_read({**_example(schema), name: one}, scenario, question)]
+            read = [choice for choice in choices if _is_read({**_example(schema), name: choice}, scenario, question)]
             if read and len(read) < len(choices):
-                others = ", ".join(str(one) for one in choices if one not in read)
+                others = ", ".join(str(choice) for choice in choices if choice not in read)
                 raise InputError(
                     f"The schema for '{question.kind}' lets models choose {others}. The world '{scenario.name}' "
                     "does not accept these choices with its present settings. Restrict the schema with "
@@ -200,7 +200,7 @@ def check_begun(there: SweepFolder, sweep: Sweep) -> None:
     """Raise an error if the worlds of a sweep have changed since its recorded runs began."""
     here = there.with_scenes(sweep).conditions
     worlds = {settings_key(one.config["world"]): placed for one, placed in zip(sweep.conditions, here, strict=True)}
-    keys = [settings_key(one.config["world"]) for one in there.sweep.conditions]
+    keys = [settings_key(condition.config["world"]) for condition in there.sweep.conditions]
     for run in there.runs():
         key = keys[run.run.condition]
         if key in worlds and "episode" in run.declared.streams and run.ended and (episode := run.episode_bytes()):

@@ -94,7 +94,7 @@ def stages(composed: Composed) -> list[Composed]:
             f"leave out {len(plan.runs.keys() - ids)} of these runs and add {len(ids - plan.runs.keys())} other runs. "
             f"Repeat the overrides with which {PREREGISTRATION_FILE} was made."
         )
-    return [replace(one, settings={**one.settings, UNTIL: None}) for one in _parts(composed, plan)]
+    return [replace(part, settings={**part.settings, UNTIL: None}) for part in _parts(composed, plan)]
 
 
 def _plan(composed: Composed) -> Preregistration:
@@ -114,8 +114,11 @@ def _plan(composed: Composed) -> Preregistration:
 def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
     for look in plan.looks:
         own = set(plan.seeds[: look.seeds])
-        parts = (replace(one, seeds=tuple(seed for seed in one.seeds if seed in own)) for one in composed.conditions)
-        yield replace(composed, conditions=tuple(one for one in parts if one.seeds))
+        parts = (
+            replace(condition, seeds=tuple(seed for seed in condition.seeds if seed in own))
+            for condition in composed.conditions
+        )
+        yield replace(composed, conditions=tuple(part for part in parts if part.seeds))
 
 
 @dataclass(frozen=True)

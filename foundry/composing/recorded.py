@@ -90,10 +90,12 @@ def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defa
     changed = {re.split(r"[.@/]", key)[0] for key in given}
     if changed <= {"seed", *first.settings}:
         _check_seeds(folder)
-        conditions = [replace(one, seeds=first.conditions[0].seeds) for one in folder.sweep.conditions]
+        conditions = [replace(condition, seeds=first.conditions[0].seeds) for condition in folder.sweep.conditions]
     else:
         rest = (_composed(source, overrides, given, defaults) for source in sources)
-        conditions = [one for composed in (first, *rest) if composed is not None for one in composed.conditions]
+        conditions = [
+            condition for composed in (first, *rest) if composed is not None for condition in composed.conditions
+        ]
     asked = {key: value for key, value in first.settings.items() if key in changed}
     settings = {**first.settings, **folder.settings, **asked, "output": {"dir": str(folder.path)}}
     asked_for = ("resume", *first.chosen, *overrides)
@@ -108,7 +110,7 @@ def _check_asked(folder: SweepFolder, given: set[str]) -> None:
     if "output.dir" in given:
         raise InputError(f"foundry resume adds runs to '{folder.path}' itself. Leave out output.dir.")
     kinds = {"foundry probe": folder.moments_file.exists()}
-    kinds["foundry fork"] = any("fork" in one.config for one in folder.sweep.conditions)
+    kinds["foundry fork"] = any("fork" in condition.config for condition in folder.sweep.conditions)
     for command in (name for name, holds in kinds.items() if holds):
         raise InputError(
             f"Only the command that made '{folder.path}' can add runs to it: {command} ... output.dir={folder.path}"
@@ -136,9 +138,9 @@ def _composed(
 def _check_seeds(folder: SweepFolder) -> None:
     """Reject more seeds if a recorded setting depends on the seed; the record has no values for new seeds."""
     alike: dict[str, list[set[int]]] = {}
-    for one in folder.sweep.conditions:
-        names: Mapping[str, Any] = {role: one.config[role]["name"] for role in ("world", "model", "prompt")}
-        alike.setdefault(settings_key({**names, **one.factors}), []).append(set(one.seeds))
+    for condition in folder.sweep.conditions:
+        names: Mapping[str, Any] = {role: condition.config[role]["name"] for role in ("world", "model", "prompt")}
+        alike.setdefault(settings_key({**names, **condition.factors}), []).append(set(condition.seeds))
     apart = (len(found) > 1 and _are_apart(found) for found in alike.values())
     if _OF_THE_SEED.search(folder.multirun()) or any(apart):
         raise InputError(

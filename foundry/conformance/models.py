@@ -40,8 +40,8 @@ class ModelCase:
         if model.costs:
             raise Skipped("its answers cost something: check it with foundry doctor")
         seed = self.world.seed
-        requests = [request_of(one, seed) for one in self.world.usual.questions][:_MOST]
-        return [one for one in requests if model.kinds is None or one.kind in model.kinds]
+        requests = [request_of(question, seed) for question in self.world.usual.questions][:_MOST]
+        return [request for request in requests if model.kinds is None or request.kind in model.kinds]
 
     def placed(self) -> Model:
         """Return the model prepared for a run of the world."""
@@ -54,7 +54,9 @@ def says_its_name_and_kinds(case: ModelCase) -> None:
     model = case.make()
     is_name = isinstance(model.name, str) and bool(model.name)
     require(is_name, f"the model's name is {model.name!r}: set self.name to a text")
-    plain = model.kinds is None or (isinstance(model.kinds, tuple) and all(isinstance(one, str) for one in model.kinds))
+    plain = model.kinds is None or (
+        isinstance(model.kinds, tuple) and all(isinstance(kind, str) for kind in model.kinds)
+    )
     require(plain, f"kinds is {model.kinds!r}: give a tuple of texts, or None for any kind")
 
 
@@ -122,8 +124,8 @@ def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
         if key in _NAMES:
             continue
         if isinstance(value, Mapping):
-            for one in _changes({name: inner for name, inner in value.items() if not isinstance(inner, Mapping)}):
-                yield _Change(f"{key}.{one.name}", {key: {**value, **one.settings}}, one.is_flag)
+            for change in _changes({name: inner for name, inner in value.items() if not isinstance(inner, Mapping)}):
+                yield _Change(f"{key}.{change.name}", {key: {**value, **change.settings}}, change.is_flag)
         elif isinstance(value, bool):
             yield _Change(key, {key: not value}, is_flag=True)
         elif isinstance(value, int | float):

@@ -109,7 +109,7 @@ def name_of(check: Check[Case]) -> str:
 
 def failed(findings: Iterable[Finding]) -> list[Finding]:
     """Return the findings of rules that do not hold."""
-    return [one for one in findings if one.status is Status.FAILED]
+    return [finding for finding in findings if finding.status is Status.FAILED]
 
 
 def _cause(error: Exception) -> str:
@@ -117,7 +117,7 @@ def _cause(error: Exception) -> str:
     if isinstance(error, FoundryError):
         return text
     frames = inspect.getinnerframes(error.__traceback__) if error.__traceback__ else []
-    own = [one for one in frames if "/foundry/conformance/" not in one.filename.replace("\\", "/")]
+    own = [frame for frame in frames if "/foundry/conformance/" not in frame.filename.replace("\\", "/")]
     where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
     return f"{type(error).__name__}: {text}{where}"
 
@@ -165,11 +165,14 @@ class Episode:
 
     def lines(self, stream: str) -> bytes:
         """Return the content of a record file with the records of this episode."""
-        return b"".join(msgspec.json.encode(one) + b"\n" for one in self.records if one.stream == stream)
+        return b"".join(msgspec.json.encode(record) + b"\n" for record in self.records if record.stream == stream)
 
     def content(self) -> list[bytes]:
         """Return each record and each question as bytes, to compare episodes."""
-        return [*map(msgspec.json.encode, self.records), *(repr(seen(one)).encode() for one in self.questions)]
+        return [
+            *map(msgspec.json.encode, self.records),
+            *(repr(seen(question)).encode() for question in self.questions),
+        ]
 
 
 seen = attrgetter("step", "agent", "kind", "observation", "images", "options", "idle")
@@ -271,7 +274,7 @@ class WorldCase:
     @cached_property
     def idle(self) -> Episode:
         """An episode of idle replies; if a question has none, its reply is empty."""
-        return self.played(lambda questions: [Answer(one.idle or "") for one in questions])
+        return self.played(lambda questions: [Answer(question.idle or "") for question in questions])
 
     @cached_property
     def silent(self) -> Episode:
@@ -294,7 +297,7 @@ class WorldCase:
         """Return the policy's answers; without a policy, draw from the options of each question."""
         if self.policy is None:
             return [Answer(self._reply(question)) for question in questions]
-        replies = asyncio.run(self.policy.ask_all([request_of(one, self.seed) for one in questions]))
+        replies = asyncio.run(self.policy.ask_all([request_of(question, self.seed) for question in questions]))
         return [Answer(reply.text, reply.ending) for reply in replies]
 
     def _reply(self, question: Question) -> str:

@@ -104,7 +104,7 @@ def says_what_it_is(case: SignatureCase) -> None:
     is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
     require(is_name, f"NAME is {name!r}: use lower case letters, digits and _, as in the names of columns")
     measures = getattr(case.module, "MEASURES", None)
-    described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
+    described = isinstance(measures, Mapping) and all(getattr(measure, "label", "") for measure in measures.values())
     require(described, "MEASURES must map names to analysis.measure.Measure, each with a label")
     headline = getattr(case.module, "HEADLINE", ())
     require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: use a tuple of names")
@@ -237,7 +237,7 @@ def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> Signature
 
 
 def _module(name: str, form: str) -> ModuleType:
-    own = {one.name: one for one in own_modules("signatures")}
+    own = {module.name: module for module in own_modules("signatures")}
     if name.endswith(".py") and Path(name).is_file():
         own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
     if name in own:
@@ -283,7 +283,7 @@ def _played(
     config: Mapping[str, Any], world: WorldCase, models: Sequence[Mapping[str, Any]], seeds: tuple[int, ...]
 ) -> list[list[list[Any]]]:
     declared = world.scenario.declared()
-    conditions = [Condition({"model": one["name"]}, {**config, "model": one}, seeds, declared) for one in models]
+    conditions = [Condition({"model": model["name"]}, {**config, "model": model}, seeds, declared) for model in models]
     sweep = expand(("check",), conditions)
     with tempfile.TemporaryDirectory() as path:
         answers = f"{path}/answers.sqlite"

@@ -375,7 +375,11 @@ def opens_with_its_personas(case: WorldCase) -> None:
 def redraws_what_it_drew(case: WorldCase) -> None:
     """Pictures that are drawn again from the records alone equal the original pictures, byte for byte."""
     episode = case.drawn
-    images = {one.path: one.content for one in episode.records if hasattr(one, "path") and hasattr(one, "content")}
+    images = {
+        record.path: record.content
+        for record in episode.records
+        if hasattr(record, "path") and hasattr(record, "content")
+    }
     again = case.make().redraw(Recorded(case.seed, episode.lines(_STEPS), episode.lines("episode"), images.get))
     for step, picture in episode.pictures.items():
         require(picture.startswith(b"\x89PNG"), f"draw() returns no PNG after step {step}: encode the picture as PNG")

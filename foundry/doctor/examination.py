@@ -212,7 +212,7 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
             "canary", model.name, Status.OK, "it answers; the cache of answers contains no canary to compare it with"
         )
         return
-    distance = max((Distance.between(signs, one) for one in replies), key=lambda one: one.order)
+    distance = max((Distance.between(signs, reply) for reply in replies), key=lambda one: one.order)
     status = Status.OK if distance.verdict is Verdict.SAME else Status.WARNING
     found = f"weights compared with those that gave the cached answers: {distance.verdict} ({distance})"
     yield Finding("canary", model.name, status, found)
@@ -303,7 +303,9 @@ def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:
     """Check a sweep, and yield each finding as soon as it is made."""
     yield check_versions()
-    scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
+    scenarios = {
+        settings_key(condition.config["world"]): scenario_of(condition.config) for condition in sweep.conditions
+    }
     yield from check_drawing(scenarios.values())
     yield _disk(sweep, settings, scenarios)
     with asyncio.Runner() as runner:

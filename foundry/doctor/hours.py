@@ -149,7 +149,9 @@ def cost_of(sweep: Sweep, planned: Sequence[PlannedRun], tokens: Mapping[str, in
     calls: Counter[str] = Counter()
     for run in planned:
         calls[run.model] += run.to_send
-    models = {str(one.config["model"]["name"]): build(one.config["model"]) for one in sweep.conditions}
+    models = {
+        str(condition.config["model"]["name"]): build(condition.config["model"]) for condition in sweep.conditions
+    }
     priced = {name: (model, price) for name, model in models.items() if (price := price_of(model)) is not None}
     if not priced:
         return None

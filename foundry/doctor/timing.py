@@ -163,7 +163,9 @@ def timed(sweep: Sweep, planned: Sequence[PlannedRun]) -> Iterator[Estimate]:
     for run in planned:
         key = key_of(sweep.conditions[run.run.condition].config)
         calls[key] += run.to_send
-    scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
+    scenarios = {
+        settings_key(condition.config["world"]): scenario_of(condition.config) for condition in sweep.conditions
+    }
     with asyncio.Runner() as runner:
         for use in uses_of(sweep, scenarios):
             if calls[use.key]:

@@ -80,7 +80,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         """Return the lines that ask a person this label's question; the line with the question mark comes first."""
         lines = [line for line in self.question.splitlines() if line.strip()]
         asking = next((line for line in lines if "?" in line), lines[0])
-        return tuple(_filled(line, context) for line in (asking, *(one for one in lines if one is not asking)))
+        return tuple(_filled(line, context) for line in (asking, *(line for line in lines if line is not asking)))
 
     def judged(self, text: str, context: Context) -> str:
         """Return the prompt to a model about a text."""
@@ -166,7 +166,7 @@ def read_label(file: Path) -> Label:
         raise InputError(
             f"{where} is not a label: {one_line(error)}. A label needs a question; see docs/people.md."
         ) from error
-    choices = () if known.choices == ACTIONS else tuple(_text(one) for one in known.choices)
+    choices = () if known.choices == ACTIONS else tuple(_text(choice) for choice in known.choices)
     _check(where, choices, known)
     rule, near = (one.target if isinstance(one, _Target) else one or "" for one in (known.rule, known.near))
     return Label(
@@ -198,7 +198,7 @@ def _check(where: str, choices: Sequence[Any], known: _File) -> None:
         raise InputError(f"{where}: `question` is empty. Write the question that is asked about each text.")
     if known.choices != ACTIONS and (len(set(choices)) < 2 or len(set(choices)) < len(choices)):
         raise InputError(f"{where}: choices are {', '.join(choices) or 'missing'}. Use at least two different choices.")
-    if UNCLEAR in choices or not all(isinstance(one, str) and one.strip() for one in choices):
+    if UNCLEAR in choices or not all(isinstance(choice, str) and choice.strip() for choice in choices):
         raise InputError(f"{where}: a choice must be a non-empty text other than '{UNCLEAR}', which is always offered.")
     for key, pattern in (("rule", known.rule), ("near", known.near)):
         if isinstance(pattern, str):

@@ -90,4 +90,4 @@ def _request(prompt: str, keys: RequestKeys) -> Request:
 def read_answer(reply: str, options: Sequence[str]) -> str | None:
     """Return the choice if a reply contains only a choice and punctuation around it; None for any other reply."""
     said = without_thinking(reply).strip(_SIGNS).casefold()
-    return next((one for one in options if one.strip(_SIGNS).casefold() == said), None)
+    return next((option for option in options if option.strip(_SIGNS).casefold() == said), None)

@@ -135,8 +135,8 @@ def compose_probe(
     content = msgspec.json.format(msgspec.json.encode(moments), indent=1) + b"\n"
     seeds = tuple(sorted({one.seed for one in past.values()}))
     conditions = [
-        _condition(one, edit, asked.repeats, hashlib.sha256(content).hexdigest(), seeds)
-        for one in composed.conditions
+        _condition(condition, edit, asked.repeats, hashlib.sha256(content).hexdigest(), seeds)
+        for condition in composed.conditions
         for edit in edits
     ]
     names = [sweep.path.resolve().name for sweep in sweeps]
@@ -153,7 +153,7 @@ def compose_probe(
 def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int) -> str:
     calls = counted(moments * len(conditions) * repeats, "call")
     asked = f"{counted(len(conditions), 'condition')}, {counted(repeats, 'repeat')}"
-    told = any("sampling" in one.config["world"] for one in conditions)
+    told = any("sampling" in condition.config["world"] for condition in conditions)
     once = ", one for all repeats where probabilities suffice" if told else ""
     return (
         f"{counted(moments, 'moment')} of {counted(runs, 'run')}, {asked}: at most {calls}, "

@@ -167,8 +167,8 @@ class SeenProbe:
     @cached_property
     def models(self) -> dict[Subject, str]:
         """The name of each subject (a model with its prompt), in the order of the runs."""
-        names = names_of(one.subject for one in self._runs)
-        return {one.subject: names[one.subject] for one in self._runs}
+        names = names_of(run.subject for run in self._runs)
+        return {run.subject: names[run.subject] for run in self._runs}
 
     @cached_property
     def edits(self) -> list[EditSeen]:
@@ -188,7 +188,7 @@ class SeenProbe:
             RecordError: a recorded file is damaged.
         """
         moments = self.moments
-        answered: dict[Moment, list[Answered]] = {one: [] for one in moments.moments}
+        answered: dict[Moment, list[Answered]] = {moment: [] for moment in moments.moments}
         missing = 0
         for run in self._runs:
             if not run.folder.is_complete:
@@ -264,7 +264,7 @@ class SeenProbe:
         return self.moments.moments[number]
 
     def _place(self, run: _Run) -> tuple[int, int, int]:
-        edits = [one.name for one in self.edits]
+        edits = [edit.name for edit in self.edits]
         return list(self.models).index(run.subject), edits.index(run.edit), self.formats.index(run.format)
 
     def _asking(self, moment: Moment) -> list[_Run]:

@@ -51,7 +51,7 @@ class SittingRunner(LocalRunner):
 
 def people_in(sweep: Sweep) -> list[str]:
     """Return the names of people among a sweep's models and members of populations."""
-    configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
+    configs = {settings_key(condition.config["model"]): condition.config["model"] for condition in sweep.conditions}
     models = (member for config in configs.values() for member in members_of(build(config)))
     return list(dict.fromkeys(model.name for model in models if isinstance(model, HumanModel)))
 
@@ -77,6 +77,6 @@ def how_far(folder: SweepFolder) -> Callable[[], float]:
 
     def share() -> float:
         totals = progress.by_model().values()
-        return sum(one.done for one in totals) / max(1, sum(one.most for one in totals))
+        return sum(total.done for total in totals) / max(1, sum(total.most for total in totals))
 
     return share

@@ -139,7 +139,7 @@ class Format:
         if self.chosen["order"] == "reversed":
             return list(reversed(sections))
         # The order depends on the headings, so that an omitted section does not change the order of others.
-        drawn = (seeding.stream(self.draw, f"section:{one.partition(_END)[0]}").random() for one in sections)
+        drawn = (seeding.stream(self.draw, f"section:{section.partition(_END)[0]}").random() for section in sections)
         return [one for _, one in sorted(zip(drawn, sections, strict=True))]
 
     def _written(self, text: str) -> str:

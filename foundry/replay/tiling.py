@@ -19,7 +19,7 @@ _HEAD = 2
 
 def captions(recordings: Sequence[Recording]) -> list[str]:
     """Return a caption for each run: its model, its seed, and the other settings in which the runs differ."""
-    identities = [dict(one.identity) for one in recordings]
+    identities = [dict(recording.identity) for recording in recordings]
     names = list(dict.fromkeys(name for identity in identities for name in identity))
     told = [
         name for name in names if name in ("model", "seed") or len({identity.get(name) for identity in identities}) > 1

@@ -182,7 +182,7 @@ def _undone(folder: SweepFolder) -> str:
     """Return a text with the numbers of answers and runs that a changed model made invalid; "" if both are 0."""
     removed = sum(report.get("removed", 0) for report in folder.progress().values())
     summaries = (run.summary() for run in folder.runs())
-    failed = sum(one is not None and one.error_type == ModelChangedError.__name__ for one in summaries)
+    failed = sum(summary is not None and summary.error_type == ModelChangedError.__name__ for summary in summaries)
     return f" ({removed} answers removed, {failed} runs failed)" if removed or failed else ""
 
 
@@ -195,7 +195,9 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
         if number + 1 < len(phases) and loaded[number] != loaded[number + 1]:
             _free_server(job.folder, phase[0])
     played = {settings_key(phase[0].config()["model"]) for phase in phases}
-    models = {settings_key(one.config["model"]): one.config["model"] for one in job.folder.sweep.conditions}
+    models = {
+        settings_key(condition.config["model"]): condition.config["model"] for condition in job.folder.sweep.conditions
+    }
     for key in models.keys() - played:
         _look_again(job, models[key], len(phases))
 

@@ -213,7 +213,7 @@ class Pace:
         A count may grow in bursts. So the time since the last burst counts as a part of the time until the next.
         """
         window = max(LEAST_WINDOW, count)
-        begin = next((one for one in reversed(self._moments) if one[1] <= self._count - window), None)
+        begin = next((moment for moment in reversed(self._moments) if moment[1] <= self._count - window), None)
         since, before = begin or (self._moments[0] if self._moments else (self._now, 0))
         if self._grown_at <= since:
             return None

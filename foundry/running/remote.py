@@ -229,7 +229,7 @@ class RemoteRuns:
 
     def begin(self) -> None:
         """Send `sweep.yaml` to the URL, and fetch the runs that ended at the URL in earlier sessions."""
-        if self._folder.scenes() or any("fork" in one.config for one in self._folder.sweep.conditions):
+        if self._folder.scenes() or any("fork" in condition.config for condition in self._folder.sweep.conditions):
             raise InputError(
                 "Forks and the scenes of a bundle are read from the sweep's folder, so runner.remote cannot be used. "
                 "Leave it out, and put output.dir where all workers see it."

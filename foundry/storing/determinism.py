@@ -138,7 +138,9 @@ def _score(found: Sequence[Again]) -> Score:
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
     """Return a remark for each model whose server repeats calls inexactly, by the model's name in tables."""
-    least_last = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
+    least_last = sorted(
+        (repeat for repeat in repeats if not repeat.exact), key=lambda one: -one.least.equal / one.least.of
+    )
     worst = {one.of: one for one in least_last}
     return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
 
@@ -199,7 +201,11 @@ def told_of(folder: SweepFolder) -> list[Told]:
     lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
         return lines
-    named = {str(one.config["model"]["name"]) for one in folder.sweep.conditions if is_served(one.config["model"])}
+    named = {
+        str(condition.config["model"]["name"])
+        for condition in folder.sweep.conditions
+        if is_served(condition.config["model"])
+    }
     left = named - {one.of for one in measured}
     having: dict[str, list[RunFolder]] = {name: [] for name in sorted(left)}
     for run in folder.runs() if left else []:
@@ -210,7 +216,7 @@ def told_of(folder: SweepFolder) -> list[Told]:
 def _why(runs: Iterable[RunFolder]) -> str:
 
     summaries = [run.summary() for run in runs]
-    complete = [one for one in summaries if one is not None and one.status == "complete"]
+    complete = [summary for summary in summaries if summary is not None and summary.status == "complete"]
     if len(complete) < len(summaries):
         return "not all of its runs are complete"
     if all(one.counts.cached == one.counts.calls for one in complete):

@@ -121,7 +121,10 @@ def _key(condition: Condition) -> str:
 
 def _check_kind(there: Sweep, asked: Sweep) -> None:
 
-    kinds = [{one.config["world"].get("_target_") == PROBE for one in sweep.conditions} for sweep in (there, asked)]
+    kinds = [
+        {condition.config["world"].get("_target_") == PROBE for condition in sweep.conditions}
+        for sweep in (there, asked)
+    ]
     if kinds[0] != kinds[1]:
         known, other = ("a probe", "whole runs") if True in kinds[0] else ("a sweep of whole runs", "a probe")
         raise InputError(f"The folder contains {known}, and {other} cannot be added to it. Use another output.dir.")
@@ -140,11 +143,11 @@ def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[
     A part that has no name, such as sampling_seed, has the name "".
     """
     found: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
-    for one in conditions:
-        parts = {**identity(one.config), "record": one.config.get("record")}
+    for condition in conditions:
+        parts = {**identity(condition.config), "record": condition.config.get("record")}
         for part in _PARTS:
             value = {part: parts[part]} if part in parts else {}
-            name = str(one.config[part]["name"]) if part in _NAMED else ""
+            name = str(condition.config[part]["name"]) if part in _NAMED else ""
             found[part][name].setdefault(settings_key(value), value)
     return {part: {name: _as_leaves(variants.values()) for name, variants in of.items()} for part, of in found.items()}
 
@@ -164,8 +167,8 @@ def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[
 
 
 def _varying(variants: Sequence[Mapping[str, str]]) -> set[str]:
-    paths = dict.fromkeys(path for one in variants for path in one)
-    return {path for path in paths if len({one.get(path) for one in variants}) > 1}
+    paths = dict.fromkeys(path for variant in variants for path in variant)
+    return {path for path in paths if len({variant.get(path) for variant in variants}) > 1}
 
 
 def _without(settings: Mapping[str, str], paths: set[str]) -> dict[str, str]:

@@ -188,8 +188,8 @@ def plan_sha256(folder: Path) -> str | None:
 
 def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
     """Return the names of the analysed sweeps, other than the sweep in `folder`, that contain any of these runs."""
-    others = (one for one in sorted(sweeps) if is_sweep(one) and one.resolve() != folder.resolve())
-    analysed = (one for one in others if (one / ANALYSIS).is_dir())
+    others = (sweep for sweep in sorted(sweeps) if is_sweep(sweep) and sweep.resolve() != folder.resolve())
+    analysed = (other for other in others if (other / ANALYSIS).is_dir())
     return [one.name for one in analysed if any((one / "runs" / run / "run.json").exists() for run in runs)]
 
 

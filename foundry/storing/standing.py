@@ -83,7 +83,7 @@ def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> li
 
 def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
     """Return the runs that failed, with their errors; an unexpected error begins with its type."""
-    failed = [one for one in summaries if one is not None and one.status != "complete"]
+    failed = [summary for summary in summaries if summary is not None and summary.status != "complete"]
     return [Failure(one.run, f"{one.error_type}: {one.error}" if one.traceback else one.error) for one in failed]
 
 

@@ -239,7 +239,9 @@ class SweepFolder:
     def with_scenes(self, sweep: Sweep) -> Sweep:
         """Return a sweep, with its scenes read from the folder of this sweep."""
         scenes = self.scenes()
-        placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in sweep.conditions)
+        placed = (
+            replace(condition, config=scene_here(condition.config, scenes, self.path)) for condition in sweep.conditions
+        )
         return replace(sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
@@ -368,11 +370,11 @@ def sweeps_in(path: Path) -> list[Path]:
     """Return the sweeps among a folder and its subfolders, newest first; a baselines folder follows its sweep."""
     places = ("", "*/", "baselines/", "*/baselines/")
     folders = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
-    folders -= {one for one in folders if one.name == "baselines" and one != path and one.is_symlink()}
+    folders -= {folder for folder in folders if folder.name == "baselines" and folder != path and folder.is_symlink()}
     if not folders:
         raise InputError(_no_sweep(path))
-    baselines = {one: one.parent for one in folders if one.name == "baselines" and one.parent in folders}
-    of_sweep = [one for one in folders if one not in baselines]
+    baselines = {folder: folder.parent for folder in folders if folder.name == "baselines" and folder.parent in folders}
+    of_sweep = [folder for folder in folders if folder not in baselines]
     newest = sorted(of_sweep, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
     return [one for sweep in newest for one in (sweep, sweep / "baselines") if one in folders]
 

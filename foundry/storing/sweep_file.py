@@ -255,7 +255,7 @@ def _head_content(head: str, where: object) -> Any:
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None
-    if not isinstance(conditions, list) or [_seeds_of(one) for one in conditions] != [[]] * len(seeds):
+    if not isinstance(conditions, list) or [_seeds_of(condition) for condition in conditions] != [[]] * len(seeds):
         return load_plain(head, where)  # another part looks like seeds, or the seeds have another layout
     for condition, found in zip(conditions, seeds, strict=True):
         condition["seeds"] = found

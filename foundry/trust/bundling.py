@@ -216,8 +216,8 @@ def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes
 def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep without traces of this machine, and the main file of each scene by the scene's name."""
     conditions = tuple(
-        replace(one, config=scrubber.config(one.config), factors=scrubber.value(dict(one.factors)))
-        for one in sweep.conditions
+        replace(condition, config=scrubber.config(condition.config), factors=scrubber.value(dict(condition.factors)))
+        for condition in sweep.conditions
     )
     named = {scrubber.text(scene.asset): scene.main for scene in scenes}
     history = tuple(replace(one, overrides=scrubber.asked(one.overrides)) for one in sweep.history)

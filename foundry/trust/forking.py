@@ -39,8 +39,10 @@ def compose_fork(
     if composed is None:
         return None
     fork = _fork_block(run, config, sweep, at)
-    conditions = tuple(replace(one, config={**one.config, "fork": fork}) for one in composed.conditions)
-    for condition in {settings_key(one.config["world"]): one for one in conditions}.values():
+    conditions = tuple(
+        replace(condition, config={**condition.config, "fork": fork}) for condition in composed.conditions
+    )
+    for condition in {settings_key(condition.config["world"]): condition for condition in conditions}.values():
         _check_past(run, condition, at)
     return replace(
         composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *composed.chosen, *overrides), conditions=conditions

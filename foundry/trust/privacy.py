@@ -56,14 +56,16 @@ class Scrubber:
     def call(self, call: Call) -> Call:
         """Return a logged call without the names of servers; its prompt and reply do not change."""
         host = call.host or "\0"
-        attempts = tuple(replace(one, error=self.text(one.error).replace(host, "the server")) for one in call.attempts)
+        attempts = tuple(
+            replace(attempt, error=self.text(attempt.error).replace(host, "the server")) for attempt in call.attempts
+        )
         served = None if call.served_model is None else self.text(call.served_model)
         remote = None if call.remote is None else self.text(call.remote)
         return replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
         """Return a command line without the overrides that concern this machine."""
-        return tuple(self.text(one) for one in overrides if not _is_of_machine(one))
+        return tuple(self.text(override) for override in overrides if not _is_of_machine(override))
 
     def check(self, name: str, content: bytes) -> None:
         """Raise an error if content still contains the path of a home folder or the value of a secret variable."""

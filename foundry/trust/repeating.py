@@ -144,7 +144,7 @@ async def _asked(
     model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
-        alone = await one_by_one(model, [one.request for one in calls])
+        alone = await one_by_one(model, [call.request for call in calls])
         loaded = await at_once(model, [one.request for one in (*calls, *others)])
     finally:
         await model.close()

@@ -44,7 +44,7 @@ def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts:
 def _member_names(members: Any) -> list[Any]:
     if not isinstance(members, Mapping):
         return []
-    models = [one.get("model") for one in members.values() if isinstance(one, Mapping)]
+    models = [member.get("model") for member in members.values() if isinstance(member, Mapping)]
     return [model.get("name") for model in models if isinstance(model, Mapping)]
 
 
@@ -151,7 +151,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
 
 def _kept(run: RunFolder, digest: Any) -> bytes | None:
     contents = (kept_file(run.path, name) for name in run.pictures())
-    return next((one for one in contents if one is not None and sha256_of(one) == digest), None)
+    return next((content for content in contents if content is not None and sha256_of(content) == digest), None)
 
 
 def weights_apart(runs: Iterable[RunFolder]) -> Iterator[str]:

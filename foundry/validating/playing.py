@@ -66,8 +66,8 @@ class Held:
 def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held]:
     """Run all scripted policies of a world that have known values, and yield each result."""
     alike: dict[tuple[Any, ...], list[ClosedForm]] = {}
-    for one in facts.closed_forms:
-        alike.setdefault((one.policy, one.overrides, one.seeds), []).append(one)
+    for closed_form in facts.closed_forms:
+        alike.setdefault((closed_form.policy, closed_form.overrides, closed_form.seeds), []).append(closed_form)
     for place, forms in enumerate(alike.values()):
         yield from _played(facts.world, forms, folder / f"{facts.world}-{place}", mine)
 

@@ -60,7 +60,9 @@ class AnalysedRuns:
         (value,) = self._sweep.table.numbers(measure, [run])
         if value is None:
             return None
-        values = [one for one in self._sweep.table.numbers(measure, self._sweep.seeds_of(run)) if one is not None]
+        values = [
+            number for number in self._sweep.table.numbers(measure, self._sweep.seeds_of(run)) if number is not None
+        ]
         closed_forms = known[-1]["closed_forms"] or ""
         mean = sum(values) / len(values)
         return {"measure": measure, "value": value, "mean": mean, "runs": len(values), "known": closed_forms}

@@ -141,7 +141,7 @@ class CatalogedSweep:
     @cached_property
     def models(self) -> dict[str, str]:
         """The name of the model of each run, by the run's id."""
-        names = [str(one.config["model"]["name"]) for one in self.folder.sweep.conditions]
+        names = [str(condition.config["model"]["name"]) for condition in self.folder.sweep.conditions]
         return {run.id: names[run.condition] for run in self.folder.sweep.runs}
 
     def seeds_of(self, run: str) -> list[str]:
@@ -154,9 +154,11 @@ class CatalogedSweep:
         """Return the ids of `run` and of all runs that differ from it only in the model, in the order of the sweep."""
         runs, conditions = self.folder.sweep.runs, self.folder.sweep.conditions
         own = runs[self._places[run]]
-        swept = [{name: value for name, value in one.factors.items() if name != "model"} for one in conditions]
+        swept = [
+            {name: value for name, value in condition.factors.items() if name != "model"} for condition in conditions
+        ]
         like = {place for place, one in enumerate(swept) if one == swept[own.condition]}
-        return [one.id for one in runs if one.condition in like and one.seed == own.seed]
+        return [run.id for run in runs if run.condition in like and run.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
         """Return the ids of the runs that a mask chooses; `places_in` describes masks."""
@@ -234,7 +236,7 @@ class CatalogedSweep:
 
     def factors(self) -> list[str]:
         """Return the names of the swept settings that have no column of their own."""
-        names = dict.fromkeys(name for one in self.folder.sweep.conditions for name in one.factors)
+        names = dict.fromkeys(name for condition in self.folder.sweep.conditions for name in condition.factors)
         return [name for name in names if name not in _OWN_COLUMNS]
 
     def _links(self) -> Iterator[dict[str, str]]:
@@ -317,15 +319,15 @@ class Catalog:
         """Return the facts about each sweep that the list of sweeps shows."""
         return [
             {
-                "id": one.id,
-                "name": one.name,
-                "runs": len(one.folder.sweep.runs),
-                "asked": one.folder.sweep.asked,
-                "when": one.folder.sweep.history[-1].when if one.folder.sweep.history else None,
-                "working": bool(one.folder.progress()),
-                "probe": one.is_probe,
+                "id": sweep.id,
+                "name": sweep.name,
+                "runs": len(sweep.folder.sweep.runs),
+                "asked": sweep.folder.sweep.asked,
+                "when": sweep.folder.sweep.history[-1].when if sweep.folder.sweep.history else None,
+                "working": bool(sweep.folder.progress()),
+                "probe": sweep.is_probe,
             }
-            for one in self.sweeps()
+            for sweep in self.sweeps()
         ]
 
     def _name(self, path: Path) -> str:

@@ -65,7 +65,7 @@ def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], 
     elif (place := moment_of(note.moment)) != (note.run, note.step, note.agent):
         run, step, agent = place
         raise InputError(f"A note on moment {note.moment} must name run '{run}', step {step} and agent {agent}.")
-    known = [one.note for one in notes_of(sweep.folder.path).notes]
+    known = [note.note for note in notes_of(sweep.folder.path).notes]
     if written.note is not None and written.note not in known:
         raise not_found("Note", written.note, known)
     if not (note.text.strip() or note.tags or note.deleted):

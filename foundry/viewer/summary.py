@@ -89,7 +89,7 @@ def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
     """
     planned = preregistration_of(sweep.path)
     if planned is not None:
-        names = [one.name for one in planned[0].measures]
+        names = [measure.name for measure in planned[0].measures]
     else:
         rows = _rows(sweep.analysis_dir / "contrasts.csv")
         names = [row["measure"] for row in rows if row.get("headline") == "True"] or _first_of_each_signature(measures)
@@ -123,7 +123,9 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
     findings = _written(sweep.analysis_dir / "findings.json", list[Finding]) or []
     here = set(runs)
     for finding in findings:
-        finding.moments = [one for one in finding.moments if one.level_run in here and one.reference_run in here]
+        finding.moments = [
+            moment for moment in finding.moments if moment.level_run in here and moment.reference_run in here
+        ]
     overview = _written(sweep.analysis_dir / "overview.json", _Overview) or _Overview()
     furthest = [one for one in overview.furthest if one["run"] in here]
     part = rows[0].get("filter") or ""

@@ -47,9 +47,9 @@ def measure(run: AnyRun) -> dict[str, float]:
     """
     kinds = decided(run)
     found: dict[str, float] = {}
-    for one in kinds:
-        suffix = f"_{one.kind}" if len({other.kind for other in kinds}) > 1 else ""
-        measures = _labels(one, suffix, bool(run.declared.actions)) if one.labels else _numbers(one)
+    for kind in kinds:
+        suffix = f"_{kind.kind}" if len({other.kind for other in kinds}) > 1 else ""
+        measures = _labels(kind, suffix, bool(run.declared.actions)) if kind.labels else _numbers(kind)
         found |= {name if name.startswith("share_") else f"{name}{suffix}": value for name, value in measures.items()}
     return found
 

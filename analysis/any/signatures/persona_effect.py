@@ -72,12 +72,12 @@ def effect(of: Means, groups: Mapping[int, str]) -> Effect:
     The agents' whole runs are shuffled, so dependence from step to step stays intact. Each agent is compared with the
     others at the same moments, so common behaviour cancels out.
     """
-    members = ([agent for agent in one.tolist() if agent in groups] for one in of.classes)
-    parts = [_sorted(of.values[one], [groups[agent] for agent in one]) for one in members]
-    parts = [one for one in parts if one.has_groups]
+    members = ([agent for agent in rows.tolist() if agent in groups] for rows in of.classes)
+    parts = [_sorted(of.values[member], [groups[agent] for agent in member]) for member in members]
+    parts = [part for part in parts if part.has_groups]
     if not parts:
         return Effect(math.nan, math.nan)
-    free = sum(len(one.values) for one in parts) - len(parts)
+    free = sum(len(part.values) for part in parts) - len(parts)
     shuffled = np.sum(
         [over_shuffles(one.between, len(parts), number, len(one.values)) for number, one in enumerate(parts)], axis=0
     )

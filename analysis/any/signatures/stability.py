@@ -83,7 +83,7 @@ def _actions(run: AnyRun) -> IntArray:
 def _codes(values: TextArray) -> IntArray:
     """Return one number for each text, (K,); equal texts get equal numbers."""
     known: dict[str | None, int] = {}
-    return np.array([known.setdefault(one, len(known)) for one in values.tolist()], dtype=np.int64)
+    return np.array([known.setdefault(value, len(known)) for value in values.tolist()], dtype=np.int64)
 
 
 def _numbered(first: IntArray, second: IntArray) -> IntArray:

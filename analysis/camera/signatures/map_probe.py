@@ -54,7 +54,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     Each measure is NaN without questions of its kind. Denominators: n_questions, n_distances.
     """
-    counted = [one for one in run.answers if not run.readable_only or _is_read(one)]
+    counted = [answer for answer in run.answers if not run.readable_only or _is_read(answer)]
     chosen = [one for one in counted if one["kind"] != DISTANCE]
     far = [one for one in counted if one["kind"] == DISTANCE and _is_read(one)]
     kinds = [kind for kind in run.world.get("questions", ()) if kind != DISTANCE]
@@ -78,8 +78,8 @@ def _is_read(one: Mapping[str, Any]) -> bool:
 
 
 def _accuracy(answers: Sequence[Mapping[str, Any]]) -> float:
-    return mean([one["answer"] == one["truth"] for one in answers])
+    return mean([answer["answer"] == answer["truth"] for answer in answers])
 
 
 def _chance(answers: Sequence[Mapping[str, Any]]) -> float:
-    return mean([one["chance"] for one in answers]) if answers else math.nan
+    return mean([answer["chance"] for answer in answers]) if answers else math.nan

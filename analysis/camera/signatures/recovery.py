@@ -68,8 +68,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     """
     known = _known_distances(run)
     wrong, detours = wrong_steps(known), find_detours(known)
-    times = np.array([one.steps for one in detours], dtype=np.int64)
-    closed = np.array([one.recovered for one in detours], dtype=np.bool_)
+    times = np.array([detour.steps for detour in detours], dtype=np.int64)
+    closed = np.array([detour.recovered for detour in detours], dtype=np.bool_)
     shortest = run.episode.shortest_m or 0.0
     reached = run.has_target and bool(run.success[-1:].any())
     return {
@@ -77,7 +77,7 @@ def measure(run: CameraRun) -> dict[str, float]:
         "recovered": mean(closed),
         "time": mean(times[closed]),
         "rmst": restricted_mean(times, closed, HORIZON),
-        "max_excess": max((one.excess for one in detours), default=math.nan),
+        "max_excess": max((detour.excess for detour in detours), default=math.nan),
         "detour_cost": ratio(run.path_length - shortest, shortest) if reached else math.nan,
         "n_steps": float(len(wrong)),
         "n_wrong": float(wrong.sum()),

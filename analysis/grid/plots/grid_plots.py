@@ -140,8 +140,10 @@ def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
 
 def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
     """Return a figure with a map of each group's positions, all on one colour scale."""
-    figure, panels = _maps([found.shown.label for found in maps], extra=0.45)
-    models = [found.share for found in maps if not found.shown.baseline] or [found.share for found in maps]
+    figure, panels = _maps([shown_map.shown.label for shown_map in maps], extra=0.45)
+    models = [shown_map.share for shown_map in maps if not shown_map.shown.baseline] or [
+        shown_map.share for shown_map in maps
+    ]
     visited = np.concatenate([share[share > 0] for share in models])
     # A scale that ends at the most crowded cell would make all others pale.
     most = float(np.quantile(visited, _SCALED)) if len(visited) else 1.0
@@ -154,7 +156,7 @@ def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
         aspect=40,
         pad=0.02,
         fraction=0.06,
-        extend="max" if max(float(found.share.max()) for found in maps) > most else "neither",
+        extend="max" if max(float(shown_map.share.max()) for shown_map in maps) > most else "neither",
     )
     bar.locator = MaxNLocator(4)
     bar.set_label("Share of agent-steps in the cell (square-root scale)")

@@ -78,7 +78,7 @@ def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
     for (x, y), (other_x, other_y) in world.walls:
         low = (min(x, other_x) - 0.5, min(y, other_y) - 0.5)
         ax.add_patch(Rectangle(low, abs(other_x - x) + 1, abs(other_y - y) + 1, facecolor=BASELINE, linewidth=0))
-    for x, y in (cell for one in world.exits for cell in one.cells):
+    for x, y in (cell for exit_zone in world.exits for cell in exit_zone.cells):
         ax.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=style.PLACE, linewidth=0))
 
     for place in world.places:

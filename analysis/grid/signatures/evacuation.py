@@ -26,9 +26,9 @@ def exit_steps(world: GridSettings) -> IntArray:
     fields = []
     for own in world.exits:
         free, goal = world.free(), np.zeros((world.width, world.width), dtype=np.bool_)
-        for one in world.exits:
-            for x, y in one.cells:
-                free[x + half, y + half] = one is own
+        for exit_zone in world.exits:
+            for x, y in exit_zone.cells:
+                free[x + half, y + half] = exit_zone is own
         for x, y in own.cells:
             goal[x + half, y + half] = True
         fields.append(steps_to(goal, free))
@@ -49,7 +49,7 @@ def soonest(run: GridRun) -> FloatArray:
     """
     distances = start_distances(run)[:, : run.world.agents].T
     far = np.where(distances == NO_WAY, FAR, distances).tolist()
-    found = soonest_departures(far, [one.capacity for one in run.world.exits])
+    found = soonest_departures(far, [exit_zone.capacity for exit_zone in run.world.exits])
     return np.sort([np.inf if one is None else float(one.step) for one in found])
 
 
@@ -196,8 +196,8 @@ def _crowd(run: GridRun, state: int) -> IntArray:
     there = run.there[min(state, run.steps - 1)]
     x, y = run.x[state, there], run.y[state, there]
     found = []
-    for one in run.world.exits:
-        cells = np.array(one.cells)
+    for exit_zone in run.world.exits:
+        cells = np.array(exit_zone.cells)
         near = (np.abs(x[:, None] - cells[:, 0]) <= AT_IT) & (np.abs(y[:, None] - cells[:, 1]) <= AT_IT)
         found.append(int(near.any(axis=1).sum()))
     return np.array(found, dtype=np.int64)

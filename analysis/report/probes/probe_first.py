@@ -38,7 +38,7 @@ def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> d
     return {
         "facts": [*found.study.split(": "), f"{len(folder.runs())} runs", *claim[:1]],
         "warnings": _warnings(found),
-        "cards": [_card(found, one, marks, looked) for one in found.findings[:MOST_CARDS]],
+        "cards": [_card(found, finding, marks, looked) for finding in found.findings[:MOST_CARDS]],
         "width": WIDTH,
         "overview": _matrix(found, rows, marks),
         "claims": _claims(folder, found, rows),
@@ -74,7 +74,7 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
             cells[row["context"].removeprefix(f"{MODEL}="), row["level"]] = cell
     edits = list(dict.fromkeys(found.frames["edits"]["edit"]))
     columns = [*edits, *(marks if len(marks) > 1 else ())]
-    heads = [MatrixColumn(f"from {marks[one].name}" if one in marks else one) for one in columns]
+    heads = [MatrixColumn(f"from {marks[column].name}" if column in marks else column) for column in columns]
     sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
     return Matrix(
         caption=_CAPTION,
@@ -83,7 +83,8 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
             (
                 looks,
                 tuple(
-                    cells.get((model, one), MatrixCell("itself" if one == model else "not declared")) for one in columns
+                    cells.get((model, column), MatrixCell("itself" if column == model else "not declared"))
+                    for column in columns
                 ),
                 (percent(1 - sums["unread"][model] / sums["answers"][model]), f"{sums['answers'][model]:,}"),
             )
@@ -157,9 +158,9 @@ def _replies(
     """Return one reply of each side in a moment, if possible a reply with the choice most typical of the side."""
     models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]
     answers = {
-        (models[one.model], edits[one.edit]): one.replies
-        for one in looked.seen(looked.place(*key[1:])).answers
-        if one.format == 0
+        (models[answer.model], edits[answer.edit]): answer.replies
+        for answer in looked.seen(looked.place(*key[1:])).answers
+        if answer.format == 0
     }
     first, second = (
         next((one.text or "" for one in sorted(answers.get(side, ()), key=lambda one: one.choice != choice)), "")

@@ -91,7 +91,7 @@ def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
     seen = looked.seen(place, plain=True)
     source, why = _picture(looked, place)
     has_images = bool(seen.perceived and seen.perceived[_PLAIN].images)
-    prompts = dict.fromkeys(one.prompt for one in seen.answers if one.prompt is not None)
+    prompts = dict.fromkeys(answer.prompt for answer in seen.answers if answer.prompt is not None)
     names = list(looked.models.values())
     return Shown(
         title=f"Agent {key.agent} at step {key.step}: {key.kind} (seed {key.seed}, {key.run})",
@@ -104,7 +104,8 @@ def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
         else f"The world at step {key.step}, before agent {key.agent} decided",
         prompts=tuple(_text(seen.prompts[prompt]) for prompt in prompts),
         columns=tuple(
-            _column(names[one.model], one.replies, one.expected) for one in sorted(seen.answers, key=_place_of_model)
+            _column(names[answer.model], answer.replies, answer.expected)
+            for answer in sorted(seen.answers, key=_place_of_model)
         ),
     )
 
@@ -123,10 +124,10 @@ def _picture(looked: Looked, place: int) -> tuple[str, str]:
 
 
 def _column(model: str, replies: Sequence[Any], expected: Mapping[str, float]) -> Column:
-    choices = Counter(one.choice for one in replies)
+    choices = Counter(reply.choice for reply in replies)
     counted = [(choice, f"{count} of {len(replies)}", 100 * count / len(replies)) for choice, count in _most(choices)]
     told = [(choice, f"{share:.0%} expected", 100 * share) for choice, share in _most(expected)]
-    texts = Counter((one.choice, one.text) for one in replies)
+    texts = Counter((reply.choice, reply.text) for reply in replies)
     return Column(
         model,
         tuple(told or counted),
@@ -142,4 +143,4 @@ def _most(choices: Mapping[str, float]) -> list[tuple[str, float]]:
 
 
 def _text(messages: Sequence[Mapping[str, Any]]) -> str:
-    return "\n\n".join(f"[{one['role']}]\n{one['content']}" for one in messages)
+    return "\n\n".join(f"[{message['role']}]\n{message['content']}" for message in messages)

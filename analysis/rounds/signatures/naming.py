@@ -63,9 +63,9 @@ def measure(run: RoundsRun) -> dict[str, float]:
     al. 2006.
     """
     meetings = run.streams.get(MEETINGS, ())
-    steps: IntArray = np.array([one["step"] for one in meetings], dtype=np.int64)
+    steps: IntArray = np.array([meeting["step"] for meeting in meetings], dtype=np.int64)
     number = np.bincount(steps)[1:]
-    successes = np.bincount(steps, weights=[one["equal"] for one in meetings])[1:]
+    successes = np.bincount(steps, weights=[meeting["equal"] for meeting in meetings])[1:]
     by_round = [_names(meetings[end - count : end]) for count, end in zip(number, number.cumsum(), strict=True)]
     agreed = np.flatnonzero(successes >= AGREED * number)
     alike = run.world["established"] is None and run.world["committed_name"] is None
@@ -86,7 +86,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 
 def _names(meetings: Sequence[Mapping[str, Any]]) -> Counter[str]:
-    said: Iterable[str | None] = (one[key] for one in meetings for key in ("first_name", "second_name"))
+    said: Iterable[str | None] = (meeting[key] for meeting in meetings for key in ("first_name", "second_name"))
     return Counter(name for name in said if name is not None)
 
 

@@ -88,7 +88,7 @@ def _trend(shares: FloatArray) -> float:
     rounds = np.flatnonzero(known.any(axis=1))
     if len(rounds) < 2:
         return math.nan
-    values = np.array([mean(shares[one][known[one]]) for one in rounds])
+    values = np.array([mean(shares[round_record][known[round_record]]) for round_record in rounds])
     return float(np.polynomial.polynomial.polyfit(rounds, values, 1)[1])
 
 

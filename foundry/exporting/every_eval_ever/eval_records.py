@@ -64,7 +64,7 @@ def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
 def left_out(scores: Scores) -> dict[str, str]:
     """Return, for each declared measure without a result, the reason."""
     reason = "no direction is better: it describes behaviour, but the schema requires a better direction"
-    return {one.name: reason for one in scores.measures if not one.better}
+    return {measure.name: reason for measure in scores.measures if not measure.better}
 
 
 def model_id(condition: ExportedCondition) -> str:
@@ -91,7 +91,7 @@ def _backend(condition: ExportedCondition) -> dict[str, Any]:
         "backend": condition.config["model"]["_target_"],
         "digest": first.model_digest,
         "server_version": first.server_version,
-        "members": {one.model: one.digest for one in first.members} or None,
+        "members": {member.model: member.digest for member in first.members} or None,
     }
 
 
@@ -113,15 +113,17 @@ def _results(condition: ExportedCondition, scores: Scores) -> list[dict[str, Any
         },
         "generation_config": _generation(condition),
     }
-    results = [one for one in scores.measures if one.better and one.name in means and means[one.name].n]
+    results = [
+        measure for measure in scores.measures if measure.better and measure.name in means and means[measure.name].n
+    ]
     return [
         {
-            "evaluation_result_id": one.name,
+            "evaluation_result_id": result.name,
             **shared,
-            "metric_config": _metric(one),
-            "score_details": _details(condition, means[one.name]),
+            "metric_config": _metric(result),
+            "score_details": _details(condition, means[result.name]),
         }
-        for one in results
+        for result in results
     ]
 
 

@@ -91,7 +91,9 @@ def _event(run: ExportedRun, call: Call, **where: Any) -> ModelEvent:
 
 def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) -> ChatMessage:
     images = said.get("images_sha256", ())
-    content = [ContentText(text=said["content"]), *(_image(run, one) for one in images)] if images else said["content"]
+    content = (
+        [ContentText(text=said["content"]), *(_image(run, image) for image in images)] if images else said["content"]
+    )
     return _MESSAGES[said["role"]](id=f"{call.key}-{index}", content=content)
 
 
@@ -141,7 +143,9 @@ def _metadata(call: Call) -> dict[str, Any]:
         "parameters": call.parameters,
         "ending": call.ending,
         "timings": call.timings,
-        "attempts": [{"error": one.error, "elapsed_s": one.elapsed_s, "busy": one.busy} for one in call.attempts],
+        "attempts": [
+            {"error": attempt.error, "elapsed_s": attempt.elapsed_s, "busy": attempt.busy} for attempt in call.attempts
+        ],
         "server_version": call.server_version,
     }
 
@@ -197,7 +201,7 @@ def _spec(condition: ExportedCondition, scores: Scores) -> EvalSpec:
             "git_commit": first.git_commit,
             "config": condition.config,
         },
-        scorers=[{"name": one.name, "metadata": _described(one)} for one in scores.measures],
+        scorers=[{"name": measure.name, "metadata": _described(measure)} for measure in scores.measures],
     )
 
 
@@ -220,7 +224,7 @@ def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
             "run": summary.run,
             "sampling_seed": summary.sampling_seed,
             "form": run.folder.declared.form,
-            "agents_of_models": {one.model: list(one.agents) for one in summary.members},
+            "agents_of_models": {member.model: list(member.agents) for member in summary.members},
             "records_sha256": summary.records_sha256,
         },
         events=found,
@@ -236,11 +240,11 @@ def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
 def _scores(values: Mapping[str, float], measures: Iterable[Measured]) -> dict[str, Score]:
     """Return the scores of a run; an undefined measure gets a score that does not count in means."""
     return {
-        one.name: Score(value=values[one.name])
-        if values[one.name] == values[one.name]
+        measure.name: Score(value=values[measure.name])
+        if values[measure.name] == values[measure.name]
         else Score.unscored(explanation="undefined in this run")
-        for one in measures
-        if one.name in values
+        for measure in measures
+        if measure.name in values
     }
 
 
@@ -262,9 +266,9 @@ def _results(condition: ExportedCondition, scores: Scores) -> EvalResults:
         total_samples=condition.asked,
         completed_samples=condition.complete,
         scores=[
-            _score(one, means[one.name], condition.complete)
-            for one in scores.measures
-            if one.name in means and means[one.name].n
+            _score(measure, means[measure.name], condition.complete)
+            for measure in scores.measures
+            if measure.name in means and means[measure.name].n
         ],
     )
 

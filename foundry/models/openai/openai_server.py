@@ -141,5 +141,5 @@ def _sees(row: Mapping[str, Any]) -> bool | None:
     if isinstance(capabilities, dict) and isinstance(capabilities.get("vision"), bool):
         return bool(capabilities["vision"])
     if isinstance(capabilities, list):
-        return bool({"vision", "multimodal"} & {str(one) for one in capabilities})
+        return bool({"vision", "multimodal"} & {str(capability) for capability in capabilities})
     return None

@@ -25,7 +25,7 @@ class CanaryAsker:
     def __init__(self, model: Model) -> None:
         retry = serving_of(model).retry
         ways = [model.canary_models(likeliest).values() for likeliest in (LIKELIEST, None)]
-        self._ways = [[RetriedModel(one, retry) for one in models] for models in ways if models]
+        self._ways = [[RetriedModel(model, retry) for model in models] for models in ways if models]
         self._failed = False
         self.calls = 0
 
@@ -39,7 +39,7 @@ class CanaryAsker:
         """
         while self._ways:
             try:
-                replies = [tuple([await self._sign(model, one) for one in prompts]) for model in self._ways[0]]
+                replies = [tuple([await self._sign(model, prompt) for prompt in prompts]) for model in self._ways[0]]
             except (RequestError, ServerError):
                 del self._ways[0]
                 continue
@@ -113,7 +113,9 @@ class CanaryWatch:
             self._known.add(replies[0], self._digest)
             signs = self._signs = replies[0]
         then = [signs[prompt] for prompt in prompts]
-        now, distance = max(((one, Distance.between(then, one)) for one in replies), key=lambda pair: pair[1].order)
+        now, distance = max(
+            ((reply, Distance.between(then, reply)) for reply in replies), key=lambda pair: pair[1].order
+        )
         if distance.verdict is Verdict.OTHER and len(now) == len(ALL):
             self._known.digest_of(now)  # so that the next sweep knows that this name has several sets of weights
         return distance

@@ -41,6 +41,6 @@ class PartName(RoundsScenario):
         given = None
         for _ in table.rounds(self.steps):
             decisions = yield [table.ask(agent, "gift", given=given, tokens=self.tokens) for agent in table.agents]
-            given = sum(int(one.taken) for one in decisions)
+            given = sum(int(decision.taken) for decision in decisions)
             for one in decisions:
                 table.record(one, utility=self.tokens - int(one.taken) + 2 * given / self.agents)

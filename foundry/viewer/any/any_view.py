@@ -71,8 +71,8 @@ class AnyView(RunView):
         return {
             "actions": declared.actions,
             "keys": declared.streams.get("steps", {}),
-            "streams": [one.told for one in self._streams],
-            "curves": [one.told for one in self._curves],
+            "streams": [stream.told for stream in self._streams],
+            "curves": [curve.told for curve in self._curves],
         }
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
@@ -97,7 +97,7 @@ class AnyView(RunView):
     def curves(self, block: int) -> dict[str, Any]:
         """Return the values of all curves in a block of steps; `about_world` lists these curves in the same order."""
         first, last = self.chunk(block, MARKS_PER_BLOCK)
-        return {"first": first, "last": last, "values": [one.values(first, last) for one in self._curves]}
+        return {"first": first, "last": last, "values": [curve.values(first, last) for curve in self._curves]}
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
         """Return how many decisions of each step are undecided, are repaired, and contain a message."""
@@ -116,9 +116,9 @@ class AnyView(RunView):
             if isinstance(row.utility, int | float):
                 utilities.setdefault(row.step, []).append(row.utility)
         found = {"utility (mean)": [_mean(utilities.get(step)) for step in range(first, last + 1)]} if utilities else {}
-        for one in self._curves:
-            for key, values in zip(one.keys, one.values(first, last), strict=True):
-                found[key if key == one.name else f"{key} ({one.name})"] = values["mean"]
+        for curve in self._curves:
+            for key, values in zip(curve.keys, curve.values(first, last), strict=True):
+                found[key if key == curve.name else f"{key} ({curve.name})"] = values["mean"]
         return found
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:

@@ -105,7 +105,11 @@ class Curves:
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:
     """Return the curves of a run: one for each of the world's own record files, then one for each other number."""
-    files = ((one.name, _numbers(declared.streams.get(one.name, {})), one.lines) for one in streams if one.by_step)
+    files = (
+        (stream.name, _numbers(declared.streams.get(stream.name, {})), stream.lines)
+        for stream in streams
+        if stream.by_step
+    )
     of_files = [Curves(name, keys, lines) for name, keys, lines in files if keys]
     own = (key for key in _numbers(declared.streams.get("steps", {})) if key not in _COMMON)
     return (*of_files, *(Curves(key, (key,), steps) for key in own))
@@ -117,7 +121,7 @@ def _numbers(keys: Mapping[str, str]) -> tuple[str, ...]:
 
 def _by_step(values: Sequence[Sequence[float]]) -> dict[str, list[float | None]]:
     return {
-        "low": [min(one, default=None) for one in values],
-        "mean": [sum(one) / len(one) if one else None for one in values],
-        "high": [max(one, default=None) for one in values],
+        "low": [min(value, default=None) for value in values],
+        "mean": [sum(value) / len(value) if value else None for value in values],
+        "high": [max(value, default=None) for value in values],
     }

@@ -133,7 +133,7 @@ class CameraView(RunView):
     def frames(self, first: int, last: int) -> dict[str, Any]:
         """Return the decisions as they are recorded, with all keys of the world."""
         self._rows(first, last)  # raises an error if a record cannot be read
-        return {"first": first, "last": last, "steps": [msgspec.Raw(one) for one in self._lines(first, last)]}
+        return {"first": first, "last": last, "steps": [msgspec.Raw(line) for line in self._lines(first, last)]}
 
     def _lines(self, first: int, last: int) -> list[bytes]:
         return self.steps.read(first, last).splitlines()

@@ -139,7 +139,7 @@ class GridByStep:
         if self._is_warning is not None:
             spoken = [(row.agent, row.message) for row in rows if row.message is not None]
             warning = {agent for agent, text in spoken if self._is_warning(text, self._names)}
-            self._warned.take(rows, [one for one in deliveries if one[0] in warning])
+            self._warned.take(rows, [delivery for delivery in deliveries if delivery[0] in warning])
             found[WARNED] = self._warned.reach
         distance = self._distance(step, rows)
         return found | {REACH: self._reached.reach, DISTANCE: distance, SAW: self._reached.saw}

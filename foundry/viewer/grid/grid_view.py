@@ -148,7 +148,7 @@ class GridView(RunView):
 
     def _code(self, codes: Mapping[Any, int], name: str | None, row: GridStep) -> int:
         if name not in codes:
-            known = ", ".join(str(one) for one in codes)
+            known = ", ".join(str(code) for code in codes)
             where = f"{self.steps.path}: step {row.step}, agent {row.agent}"
             raise RecordError(f"{where}: '{name}' is unknown. It must be one of {known}.")
         return codes[name]

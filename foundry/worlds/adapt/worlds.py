@@ -207,7 +207,10 @@ class Adapted(RoundsScenario):
                 for agent, seen in agents.items()
             ]
             drawn = table.stream(f"unread {table.step} {min(agents)}")
-            decided |= {one.agent: (one, _played_for(one, legal[one.agent], drawn)) for one in decisions}
+            decided |= {
+                decision.agent: (decision, _played_for(decision, legal[decision.agent], drawn))
+                for decision in decisions
+            }
             rewards = episode.take({agent: self.choices.taken(decided[agent][1]) for agent in agents})
             earned.update(rewards)
             totals.update(rewards)

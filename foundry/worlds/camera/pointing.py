@@ -63,7 +63,7 @@ class Pointer:
         self._frame, self._fov_deg, self._eye_height = frame, fov_deg, eye_height
         self.middle: FloatArray = self._target.points.mean(axis=0)
         corners = [part.reshape(-1, 3) for part in self._parts if len(part)]
-        self.boxes: FloatArray = joined(np.array([[one.min(axis=0), one.max(axis=0)] for one in corners]))
+        self.boxes: FloatArray = joined(np.array([[corner.min(axis=0), corner.max(axis=0)] for corner in corners]))
 
     def seen_from(self, pose: Pose) -> Pointed:
         """Return where the target is as seen from a pose."""
@@ -108,7 +108,7 @@ def joined(boxes: FloatArray) -> FloatArray:
     touching = np.asarray((low[:, None] <= high).all(axis=2) & (low <= high[:, None]).all(axis=2))
     count, group = connected_components(touching, directed=False)
     groups = [group == number for number in range(count)]
-    return np.array([[low[one].min(axis=0), high[one].max(axis=0)] for one in groups])
+    return np.array([[low[group].min(axis=0), high[group].max(axis=0)] for group in groups])
 
 
 def _within(places: FloatArray) -> BoolArray:

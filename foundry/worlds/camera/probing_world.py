@@ -185,7 +185,7 @@ class MapProbeScenario(ThingsScenario):
             probes = [one for kind in self.probing.questions if (one := ask(kind, walk, drawn)) is not None]
             if len(probes) == len(self.probing.questions):
                 return Prepared(frames, [encoded_view(self.surroundings, pose) for pose in frames], probes)
-            allowed |= {one.kind for one in probes}
+            allowed |= {probe.kind for probe in probes}
         never = ", ".join(kind for kind in self.probing.questions if kind not in allowed)
         raise InputError(
             f"Scene '{self.settings.scene.asset}' has no walk that allows all of world.questions"

@@ -171,7 +171,7 @@ def _order(walk: Walk, rng: Generator) -> Probe | None:
     if len(first) < 3:
         return None
     moments = sorted(int(one) for one in rng.permutation(sorted(first))[:3])
-    names = tuple(first[one][int(rng.integers(len(first[one])))] for one in moments)
+    names = tuple(first[moment][int(rng.integers(len(first[moment])))] for moment in moments)
     orders = list(permutations(names))
     shown = [orders[int(place)] for place in rng.permutation(len(orders))]
     choices = {letter: " → ".join(order) for letter, order in zip(LETTERS, shown, strict=True)}

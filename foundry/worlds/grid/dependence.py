@@ -50,9 +50,9 @@ def is_known(settings: GridSettings) -> bool:
     """Return whether agents can be asked early: every setting that this module does not know has its default."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
-        one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
+        field.name in _KNOWN.get(type(part), "").split() or getattr(part, field.name) == field.default
         for part in parts
-        for one in _fields(type(part))
+        for field in _fields(type(part))
     )
 
 

@@ -231,12 +231,12 @@ def _check(settings: GridSettings) -> None:
 
 def _check_ground(settings: GridSettings) -> None:
     """Reject walls, zones and exits off the grid, and exits that share a cell with a wall or another exit."""
-    refuse_repeated_names((one.name for one in settings.exits), "world.exits")
+    refuse_repeated_names((exit_zone.name for exit_zone in settings.exits), "world.exits")
     dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
     refuse_repeated_names(dangers, "world.zones and world.fires")
     ends: dict[str, tuple[Cell, ...]] = {f"world.walls[{n}]": wall for n, wall in enumerate(settings.walls)}
-    ends |= {f"Zone '{one.name}'": one.corners for one in settings.zones}
-    ends |= {f"Exit '{one.name}'": one.cells for one in settings.exits}
+    ends |= {f"Zone '{zone.name}'": zone.corners for zone in settings.zones}
+    ends |= {f"Exit '{exit_zone.name}'": exit_zone.cells for exit_zone in settings.exits}
     ends |= {} if settings.order is None else {"world.order.target": settings.order.target}
     grid = Field(settings.half_size, ())
     for where, cells in ends.items():

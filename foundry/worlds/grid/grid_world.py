@@ -140,7 +140,7 @@ class GridScenario(Scenario):
 
     def redraw(self, recorded: Recorded) -> "GridRedrawing":
         """Return the pictures of a run."""
-        kind = next(one for one in self.records if issubclass(one, GridStep))
+        kind = next(record for record in self.records if issubclass(record, GridStep))
         frames = list(self.frames(recorded.seed, msgspec.json.Decoder(kind).decode_lines(recorded.steps)))
         return GridRedrawing(frames or [self.start(recorded.seed).frame()])
 

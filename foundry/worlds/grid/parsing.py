@@ -143,9 +143,9 @@ def _agreed(
     """
     readings = [
         reading
-        for found in candidates
-        if (reading := interpret(found)) is not None
-        and not (isinstance(found, Mended) and reading.outcome is Outcome.UNREADABLE)
+        for candidate in candidates
+        if (reading := interpret(candidate)) is not None
+        and not (isinstance(candidate, Mended) and reading.outcome is Outcome.UNREADABLE)
     ]
     if len({reading.decision for reading in readings}) != 1 or readings[-1].outcome is Outcome.UNREADABLE:
         return None

@@ -110,7 +110,7 @@ def find_edits(name: str, scenario: Scenario) -> list[Edit]:
     parts = parts_of(whole, scenario)
     if not parts:
         raise InputError(f"Edit '{whole}' has no parts in world '{scenario.name}'. Use edit={whole} without .{EACH}.")
-    return [find_edit(f"{whole}.{one}", scenario) for one in parts]
+    return [find_edit(f"{whole}.{part}", scenario) for part in parts]
 
 
 def find_edit(name: str, scenario: Scenario) -> Edit:

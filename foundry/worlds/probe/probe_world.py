@@ -174,7 +174,7 @@ class ProbeScenario(Scenario):
         return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
-        seeds = sorted({one.seed for one in self.moments().runs.values()})
+        seeds = sorted({run.seed for run in self.moments().runs.values()})
         return next((one for one in seeds if one > seed), seeds[0])
 
     def _places(self) -> Mapping[str, str]:

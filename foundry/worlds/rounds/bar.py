@@ -89,8 +89,10 @@ class Bar(RoundsScenario):
         bar = {key: getattr(self, key) for key in ("capacity", "places", "fun", "crowded", "home")}
         known: list[list[dict[str, Any]]] = [[] for _ in table.agents]
         for evening in table.rounds(self.steps):
-            decisions = yield [table.ask(one, "evening", **bar, evenings=list(known[one])) for one in table.agents]
-            went = sum(one.taken == GO for one in decisions)
+            decisions = yield [
+                table.ask(agent, "evening", **bar, evenings=list(known[agent])) for agent in table.agents
+            ]
+            went = sum(decision.taken == GO for decision in decisions)
             for one in decisions:
                 utility = self._utility(one, went)
                 table.record(one, utility=utility)

@@ -130,7 +130,7 @@ def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided
 def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
     """Return a mapping from the words of each label to the label; labels with more words come first."""
     words = {_words(label): label for label in labels}
-    return {one: words[one] for one in sorted(words, key=len, reverse=True) if one}
+    return {word: words[word] for word in sorted(words, key=len, reverse=True) if word}
 
 
 def _words(text: str) -> tuple[str, ...]:
@@ -157,5 +157,7 @@ def _mentions(text: str, actions: Actions) -> bool:
     if not actions.labels:
         return any(_NUMBER.search(word) for word in words)
     return any(
-        words[place : place + len(one)] == one for one in _label_words(actions.labels) for place in range(len(words))
+        words[place : place + len(label_word)] == label_word
+        for label_word in _label_words(actions.labels)
+        for place in range(len(words))
     )

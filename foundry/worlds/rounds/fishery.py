@@ -142,7 +142,7 @@ class Fishery(RoundsScenario):
             legal = Actions(low=0, high=stock, idle=0)
             wishes = yield [table.ask(agent, CATCH, legal=legal, **shown) for agent in table.agents]
             comes = self._from is not None and month >= self._from
-            wanted = [one.taken for one in wishes] + [min(self._wanted, stock)] * comes
+            wanted = [wish.taken for wish in wishes] + [min(self._wanted, stock)] * comes
             got = shares(wanted, stock, self.sharing, rng)
             caught, outsider = got[: self.agents], got[-1] if comes else None
             for one, tons in zip(wishes, caught, strict=True):
@@ -204,7 +204,7 @@ def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> l
         parts, rest = np.divmod(wishes * stock, total)
         still_wanted = np.where(rest > 0, wishes - parts, 0)
         gets = parts + rng.multivariate_hypergeometric(still_wanted, stock - int(parts.sum()))
-    return [int(one) for one in gets]
+    return [int(get) for get in gets]
 
 
 def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray[np.int64]:

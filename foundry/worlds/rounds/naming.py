@@ -185,7 +185,7 @@ class _Episode:
         self._rules, self._table = rules, table
         self._shown = table.stream("order of names")
         self._every = Actions(labels=rules.names)
-        self._namers = [self._namer(rules.committed_name if one in committed else None) for one in table.agents]
+        self._namers = [self._namer(rules.committed_name if agent in committed else None) for agent in table.agents]
 
     def meet(self, pairs: Sequence[_Pair]) -> _Meetings:
         """Let pairs without a common agent meet; return the number of successful meetings."""
@@ -193,7 +193,7 @@ class _Episode:
         names = {agent: self._namers[agent].says for agent in speakers}
         agents = [agent for agent in speakers if names[agent] is None]
         decisions = (yield [self._question(agent) for agent in agents]) if agents else []
-        names |= {one.agent: one.taken for one in decisions}
+        names |= {decision.agent: decision.taken for decision in decisions}
         met = [self._met(pair, names.get(pair.first), names.get(pair.second)) for pair in pairs]
         by_agent = {agent: one for one in met for agent in (one.first, one.second)}
         for decision in decisions:
@@ -292,7 +292,7 @@ def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
 def _checked_names(names: Sequence[str] | None, protocol: str, agents: int) -> tuple[str, ...]:
     if names is None and protocol == SPEAKER:
         return tuple(f"n{agent}" for agent in range(agents))
-    known = isinstance(names, Sequence) and not isinstance(names, str) and all(isinstance(one, str) for one in names)
+    known = isinstance(names, Sequence) and not isinstance(names, str) and all(isinstance(name, str) for name in names)
     if names is None or not known or len(set(names)) < len(names) or not names:
         raise InputError(
             f"world.names must be a list of different texts, or null with world.protocol=speaker; got {names!r}."

@@ -104,8 +104,8 @@ class PublicGoods(RoundsScenario):
         tokens: list[float] = [self.tokens] * self.agents
         known: list[list[dict[str, Any]]] = [[] for _ in table.agents]
         for step in table.rounds(self.steps):
-            decisions = yield [self._asked(table, one, tokens[one], known[one]) for one in table.agents]
-            given = [int(one.taken) for one in decisions]
+            decisions = yield [self._asked(table, agent, tokens[agent], known[agent]) for agent in table.agents]
+            given = [int(decision.taken) for decision in decisions]
             back = self.multiplier * sum(given) / self.agents
             table.write(Pot(step=step, given=sum(given), returned=self.multiplier * sum(given)))
             left = [had - gave + back for had, gave in zip(tokens, given, strict=True)]
@@ -179,9 +179,10 @@ class PunishedGoods(PublicGoods):
         """Ask each agent whom it punishes, and subtract costs and losses."""
         told: dict[str, Any] = {**self.told, "given": list(given)}
         decisions = yield [
-            table.ask(one, PUNISH, legal=self._legal(one, left[one]), tokens=left[one], **told) for one in table.agents
+            table.ask(agent, PUNISH, legal=self._legal(agent, left[agent]), tokens=left[agent], **told)
+            for agent in table.agents
         ]
-        whom_each = [None if one.taken == NOBODY else agent_of(one.taken) for one in decisions]
+        whom_each = [None if decision.taken == NOBODY else agent_of(decision.taken) for decision in decisions]
         return [After(*one) for one in self._settled(left, whom_each)]
 
     def _legal(self, agent: int, tokens: float) -> Actions:
@@ -200,7 +201,7 @@ class PunishedGoods(PublicGoods):
 
 def whom(agents: Iterable[int]) -> Actions:
     """Return the decisions to punish nobody, or one of the given agents."""
-    return Actions(labels=(NOBODY, *(f"agent {one}" for one in agents)), idle=NOBODY)
+    return Actions(labels=(NOBODY, *(f"agent {agent}" for agent in agents)), idle=NOBODY)
 
 
 def agent_of(label: str) -> int:

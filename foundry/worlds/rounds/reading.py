@@ -103,11 +103,11 @@ class _Reader:
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
         """Return the decision if all objects of a text, and the lines before them, give the same one; else None."""
         decisions = [one for inner in objects for one in self._within(inner)]
-        readings = [one for one in decisions if one is not None]
+        readings = [decision for decision in decisions if decision is not None]
         if not readings or len(readings) < len(decisions):
             return None
         before = {self._value(value) for value in self._lines(content.partition("{")[0])}
-        return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
+        return readings[-1] if {reading.action for reading in readings} | before == {readings[-1].action} else None
 
     def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
         """Yield the decision of an object or, if it has none, of its inner objects; None for an uncertain decision."""

@@ -70,7 +70,7 @@ def _given(given: Sequence[int], own: int) -> list[int]:
 
 
 def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> list[dict[str, Any]]:
-    others = [one["pot"] - one["given"] for one in rounds]
+    others = [round_record["pot"] - round_record["given"] for round_record in rounds]
     most = max(others, default=0)
     changes = [most - 2 * gave for gave in others]
     share = game["multiplier"] / game["agents"]
@@ -106,7 +106,7 @@ def rename_agents(question: Question) -> Question:
         agent=agents - 1 - seen["agent"],
     )  # fmt: skip
     if isinstance(changed, RoundQuestion) and changed.legal and changed.legal.labels:
-        labels = tuple(_renamed(one, agents) for one in changed.legal.labels)
+        labels = tuple(_renamed(label, agents) for label in changed.legal.labels)
         legal = msgspec.structs.replace(changed.legal, labels=labels)
         return replace(changed, legal=legal, options=options_of(legal))
     return changed

@@ -76,7 +76,7 @@ def _box(
 
 def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
     """Return actions with both bounds: the extremes of the decided numbers replace missing bounds."""
-    numbers = [one.action for one in lines if one.kind == kind and isinstance(one.action, int | float)]
+    numbers = [line.action for line in lines if line.kind == kind and isinstance(line.action, int | float)]
     low = min(numbers, default=0) if known.low is None else known.low
     high = max(numbers, default=1) if known.high is None else known.high
     return msgspec.structs.replace(known, low=low, high=high)
@@ -216,7 +216,7 @@ class RoundsScenario(Scenario):
     @property
     def line(self) -> type[RoundStep]:
         """The class of this world's records of steps."""
-        return next(one for one in self.records if issubclass(one, RoundStep))
+        return next(record for record in self.records if issubclass(record, RoundStep))
 
 
 def _beside_mean(payoffs: Sequence[float]) -> str:

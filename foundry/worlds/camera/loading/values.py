@@ -78,7 +78,7 @@ class Values:
         if value is None:
             return ""
         texts: list[Any] = [None] if isinstance(value, str) or not isinstance(value, Iterable) else list(value)
-        if not all(isinstance(one, str) for one in texts):
+        if not all(isinstance(text, str) for text in texts):
             return self._wrong(attribute, "")
         return str(texts[0]) if texts else ""
 

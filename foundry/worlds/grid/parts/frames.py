@@ -46,7 +46,7 @@ def furnished_frame(
     furniture = Furniture(
         ids=ids,
         walls=tuple(sorted(ground.walls)),
-        exits=tuple((one.name, one.cells) for one in settings.exits),
+        exits=tuple((exit_zone.name, exit_zone.cells) for exit_zone in settings.exits),
         zones=tuple((zone.name, tuple(cells_of(zone.corners))) for zone in settings.zones),
         burning=tuple(burning),
         food=tuple(sorted((cell, amount / settings.food.amount) for cell, amount in food.items()))

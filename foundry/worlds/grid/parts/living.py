@@ -186,11 +186,11 @@ def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int,
     start = 0 if settings.energy is None else settings.energy.start
     bodies = {agent: new_body(settings, cell, start) for agent, cell in enumerate(cells)}
     rng, leaders = seeding.stream(seed, "known exits"), 0 if settings.leaders is None else settings.leaders.number
-    for one in settings.exits:
+    for exit_zone in settings.exits:
         draws = rng.random(settings.agents).tolist()
         for agent, draw in enumerate(draws):
-            if agent < leaders or draw < one.known:
-                bodies[agent].known.add(one.name)
+            if agent < leaders or draw < exit_zone.known:
+                bodies[agent].known.add(exit_zone.name)
     return bodies
 
 

@@ -65,7 +65,7 @@ class FurnishedWorld(World):
     def opening(self) -> Sequence[Record]:
         """Return the personas of the agents, the cells with food, and the burning cells."""
         personas = [Agent(agent=agent, persona=self._personas[agent]) for agent in range(self._settings.agents)]
-        return [*(one for one in personas if one.persona), *self._opening]
+        return [*(persona for persona in personas if persona.persona), *self._opening]
 
     def pending(self) -> Sequence[Question]:
         """Return the message questions of all present agents; once these are answered, the action questions."""

@@ -128,8 +128,8 @@ class Senses(Perception):
             observation |= {
                 "window": sight.window(chars, cell),
                 "open": self._ground.ways(cell),
-                "exits": [self._exit(one, cell, seen, sight.cells) for one in self._settings.exits
-                          if one.name in known[agent]],
+                "exits": [self._exit(exit_zone, cell, seen, sight.cells) for exit_zone in self._settings.exits
+                          if exit_zone.name in known[agent]],
                 "burning": [list(one) for one in told if one in sight.cells],
                 "seen": self._others(agent, seen),
                 "order": commanded,

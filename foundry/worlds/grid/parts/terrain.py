@@ -66,7 +66,7 @@ class Ground:
     def __init__(self, half_size: int, walls: Iterable[Corners], exits: Iterable[Exit]) -> None:
         self.half_size = half_size
         self.walls = frozenset(cell for wall in walls for cell in cells_of(wall))
-        self.exits = {cell: one for one in exits for cell in one.cells}
+        self.exits = {cell: exit_zone for exit_zone in exits for cell in exit_zone.cells}
         self._seen: dict[Cell, Sight] = {}
 
     def __contains__(self, cell: Cell) -> bool:
@@ -231,7 +231,7 @@ class WayOut:
         """The index of the exit of each agent, by its id."""
         fields = [self._field(index, frozenset()) for index in range(len(self._exits))]
         distances = [[field.get(cell, FAR) for field in fields] for cell in self._start.values()]
-        departures = soonest_departures(distances, [one.capacity for one in self._exits])
+        departures = soonest_departures(distances, [exit_zone.capacity for exit_zone in self._exits])
         return {agent: one.exit for agent, one in zip(self._start, departures, strict=True) if one is not None}
 
     def ways(self, agent: int, cell: Cell, burning: frozenset[Cell]) -> list[str]:
@@ -241,7 +241,9 @@ class WayOut:
         """
         planned = self._plan.get(agent)
         mine = [] if planned is None else [planned]
-        return self._to(mine, cell, burning) or self.ways_to({one.name for one in self._exits}, cell, burning)
+        return self._to(mine, cell, burning) or self.ways_to(
+            {exit_zone.name for exit_zone in self._exits}, cell, burning
+        )
 
     def ways_to(self, names: Collection[str], cell: Cell, burning: frozenset[Cell]) -> list[str]:
         """Return the directions on a shortest way to the nearest exit with one of these names."""
