@@ -59,7 +59,9 @@ def kappa_interval(first: IntArray, second: IntArray) -> Interval:
 
 
 def pairwise_agreement(counts: IntArray) -> float:
-    """Return the mean over things of the share of equal pairs among the choices about a thing; NaN without things.
+    """Return the share of pairs of choices about the same thing that are equal, as a mean over things.
+
+    NaN if `counts` has no things.
 
     Args:
         counts: how often each choice was made about each thing, (things, choices); at least two choices per thing.
@@ -84,7 +86,7 @@ def fleiss_kappa(counts: IntArray) -> float:
 
 
 def krippendorff_alpha(counts: IntArray) -> float:
-    """Return Krippendorff's alpha of nominal choices, -1..1; NaN if all choices are equal, or without things.
+    """Return Krippendorff's alpha of nominal choices, -1..1; NaN if all choices are equal, or if there are none.
 
     Alpha is computed from coincidences, and allows any number of choices about each thing. Source: Krippendorff 2011.
 

@@ -78,7 +78,7 @@ class Filter:
         )
 
     def write(self, folder: Path, taken: int, of: int, things: str = "runs") -> None:
-        """Write the filter and the number of selected things into a folder, or remove the file without a filter."""
+        """Write the filter and the number of selected runs or answers to a file; without a filter, remove this file."""
         file = folder / FILTER_FILE
         if self:
             content = {"only": self.only, "without": self.without, things: taken, "of": of}

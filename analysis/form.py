@@ -34,7 +34,7 @@ ANY = "any"
 
 
 class NoDecisionsError(RecordError):
-    """The lines of a run, recorded by foundry 0.1, are not decisions, and the run's world declares no schema."""
+    """foundry 0.1 recorded the run, its lines are not decisions, and its world declares no schema for them."""
 
 
 class Records(Protocol):

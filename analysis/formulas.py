@@ -82,7 +82,7 @@ def gini(values: ArrayLike) -> float:
 
 
 def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
-    """Return the Kullback-Leibler divergence of counts (k,) from reference weights (k,), bits, 0 up.
+    """Return the Kullback-Leibler divergence of counts (k,) from reference weights (k,), in bits; at least 0.
 
     NaN if all counts or all weights are 0; infinite if a count is positive where its weight is 0.
     """

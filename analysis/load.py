@@ -73,7 +73,7 @@ class Loaded:
     fixtures: Mapping[str, pd.DataFrame]
 
     def to_arrow(self) -> dict[str, pa.Table]:
-        """Return all tables except `calls` as `pyarrow.Table`, by name; the name of a stream or fixture is its key."""
+        """Return all tables except `calls` as `pyarrow.Table`, by name, including each stream and each fixture."""
         names = ("runs", "steps", "agents", "messages")
         frames = {**{name: getattr(self, name) for name in names}, **self.fixtures, **self.streams}
         return {name: arrow_table(frame) for name, frame in frames.items()}

@@ -136,7 +136,7 @@ class Analysis:
 
     @cached_property
     def summary(self) -> tuple[str, ...]:
-        """Sentences on thresholds, then on the findings."""
+        """Sentences about the thresholds, then sentences about the findings."""
         planned = self.planned is not None
         found = summary(
             self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, sides=self.sides
@@ -145,7 +145,7 @@ class Analysis:
 
     @cached_property
     def matrix(self) -> Matrix:
-        """A table of the groups by worlds, or by the measures with the largest gaps."""
+        """A table with a row per group and a column per world; for one world, a column per measure with a large gap."""
         measures = list(dict.fromkeys(finding.measure for finding in self.findings)) or self.declared
         return matrix(self.compared, self.shown, self.members, self.validation, measures)
 
@@ -413,7 +413,7 @@ def _write_tables(found: Analysis) -> list[Path]:
 
 
 def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
-    """Return the parts of an analysis from which methods and references are written."""
+    """Return the results of an analysis that the texts of methods and references are written from."""
     return Basis(
         members=found.members,
         forms=forms_of(member.folder for member in found.members),

@@ -1,8 +1,9 @@
 """Test-retest consistency: whether a model gives the same answer when it gets a prompt again.
 
-It describes the model, not the world, and needs several runs that differ only in `sampling_seed`. Such runs have equal
-prompts until their answers differ; later prompts may be equal again. Prompts are equal if the log of calls has the same
-text and images for them. So the measure is based on prompts that happened to repeat, most of them early in the runs.
+This consistency describes the model, not the world. It needs several runs that differ only in `sampling_seed`. Runs
+with different sampling seeds have equal prompts until their answers differ; later prompts may be equal again. Prompts
+are equal if the log of calls has the same text and images for them. So the measure is based on prompts that happened to
+repeat, most of them early in the runs.
 """
 
 import hashlib
@@ -83,7 +84,10 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
 
 
 def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisions] | None:
-    """Return the decisions of a complete run, by kind of call, or None; add indices of new choices to `codes`."""
+    """Return the decisions of a run by kind of call; None if the run is not complete.
+
+    `codes` numbers the choices; choices that it lacks are added to it.
+    """
     whole = measurable(folder, folder.summary())
     if whole is None:
         return None

@@ -3,20 +3,21 @@
 A module defines
 
 - `NAME`: the prefix of the signature's columns;
-- `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. The annotation of `run`
-  selects the runs: of one form, or with `AnyRun` of every form. An undefined value is NaN, never 0. Counts that are
-  denominators are named `n_...`. The names must not depend on events in the run;
+- `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. The type of `run` says which
+  runs the module measures: `GridRun` for runs of 2D worlds, `AnyRun` for runs of every form. An undefined value is NaN,
+  never 0. Counts that are denominators are named `n_...`. The names of the measures must not depend on events in the
+  run;
 - `MEASURES`: the title, range and null (if any) of each measure; a `*` stands for the name of a place or another
   configured thing;
 - `HEADLINE`: the measures in its plot and in the short table, in order; names may contain `*`. By default the first
   headline measure is tested. So no headline measure may differ between policies that do not
   differ in the signature's subject; `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
-- optionally `applies(run) -> bool`, for signatures of only some worlds of the form. It says whether the run's world is
-  among them, by its declarations and settings and never by events in the run;
+- optionally `applies(run) -> bool`, if the signature has a meaning only in some worlds of the form. It says whether the
+  run's world is one of them, by the declarations and settings of the world and never by events in the run;
 - optionally `PRIMARY = False`, if the signature is tested only when declared;
-- optionally `LABEL`, the label from which its measures are computed, except the measures in `UNLABELLED`; and
-  `correct(run, correction)`, which returns the measures corrected by people's labels.
+- optionally `LABEL`, the label from which the measures are computed; the measures in `UNLABELLED` need no label;
+- optionally `correct(run, correction)`, which returns the measures corrected by people's labels.
 
 Modules of several forms with one `NAME` are one signature: a name has one meaning in all forms. If there is a module
 for a form and a module for any form with this name, the form's own module measures its runs.
@@ -92,7 +93,7 @@ class Signature:
         return tuple(dict.fromkeys(name for part in self.parts for name in part.headline))
 
     def part(self, run: type) -> Part | None:
-        """Return the module for runs of the given class, or None."""
+        """Return the signature's module that measures runs of the given class; None if it has none."""
         return next((part for part in self.parts if part.run in (run, AnyRun)), None)
 
     def measure(self, run: Any) -> dict[str, float]:
@@ -147,7 +148,7 @@ class Signature:
         ]
 
     def _means(self, pattern: str, measure: str) -> bool:
-        """Return whether a measure matches a pattern, and no longer pattern of this signature."""
+        """Return whether a measure matches a pattern such as `share_*`, but no longer pattern, such as `share_of_*`."""
         start, star, _ = pattern.partition("*")
         if not star:
             return measure == pattern
@@ -277,7 +278,10 @@ def is_of_form(column: str, run: type) -> bool:
 
 
 def describe(column: str, run: type | None = None) -> Measure:
-    """Return the description of the column `<signature>.<measure>`, if `run` is given for runs of this class."""
+    """Return the description of the measure in the column `<signature>.<measure>`.
+
+    If `run` is given, it is the description for runs of this class.
+    """
     if column == FAILURE_RATE:
         return share("Failed runs (share)")
     name, _, measure = column.partition(".")

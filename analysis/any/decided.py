@@ -95,7 +95,7 @@ def _labels(run: AnyRun, kind: str, own: BoolArray, labels: tuple[str, ...]) -> 
 
 
 def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decided:
-    """Return the counted decisions of a kind that have a number.
+    """Return the counted decisions of one kind whose answer is a number.
 
     Args:
         run: the run.

@@ -1,6 +1,7 @@
 """How far each agent's decisions deviate from the other agents' decisions at the same moment.
 
-Shapes: N agents; C columns of values, one per label, or one for numbers (`analysis.any.decided`).
+N is the number of agents. C is the number of labels of a decision, or 1 if the decision is a number
+(`analysis.any.decided`).
 
 Behaviour that all agents share cancels out. Lasting differences between agents are compared with the differences of
 shuffled agents. A shuffled agent consists of one agent's first third of the run and another agent's last third. Within
@@ -182,7 +183,9 @@ def _kind(one: Decided, agents: int) -> _Kind | None:
 
 
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
-    """Return the sum over agents of first third times last third, minus its mean over all shuffles, (R,).
+    """Return the sum over agents of the product of both deviations, minus its mean over all shuffles, (R,).
+
+    An agent's two deviations are those in the first and in the last third of the run.
 
     The first value is for the actual agents, the others are for shuffled ones.
     """

@@ -15,7 +15,7 @@ from foundry.labels.items import Item, items_in
 from foundry.storing.store import RunFolder
 
 UNCORRECTED = "_uncorrected"
-"""Suffix of the name of the uncorrected measure beside a measure that people's labels correct."""
+"""If people's labels correct a measure, the uncorrected value is a second measure, with this suffix in its name."""
 _TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "moment": "replies"}
 
 

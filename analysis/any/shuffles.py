@@ -13,10 +13,10 @@ DRAWS = 999
 """Number of random shuffles, besides the actual order."""
 
 FEW = 6
-"""For up to this number of agents, all orders are used (at most 720) instead of random ones."""
+"""For at most this number of agents, all orders of the agents are used (at most 720); for more, random orders."""
 
 _AT_ONCE = 1_000_000
-"""Maximum number of array elements, over all orders, that are in memory at the same time."""
+"""Maximum number of array elements, over all orders, that are in memory at once."""
 
 
 def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, number: int, size: int) -> FloatArray:

@@ -210,7 +210,10 @@ _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
 def schema(declared: Declared) -> pa.Schema:
-    """Return the names and types of the columns of `flat`, without texts; with `kind` if the world asks questions."""
+    """Return the names and types of the columns of `flat`, except columns of texts.
+
+    The column `kind` exists only if the world asks questions.
+    """
     asked = [("kind", pa.string())] if "kind" in declared.streams.get("steps", {}) else []
     return pa.schema(
         [

@@ -17,7 +17,7 @@ STILL_M = 1e-3
 """Smallest motion, or change of a distance, that counts, metres. Smaller ones are rounding, or slack at an obstacle."""
 
 GAZE_LIMIT = "gaze limit"
-"""Value of `boundary` for a decision that turned the gaze as far up or down as it goes; this is no obstacle."""
+"""Value of `boundary` if the gaze turned as far up or down as it can; measures do not count this as an obstacle."""
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ is never a claim. To know where the target is ("I know where the JAXA logo is") 
 
 A mention is the whole name of the target, also in another order ("the logo of JAXA"). The other words of the name may
 be at most 14 characters away from its last words, and synonyms of the last words count. The last word of the name after
-an article ("the logo"), or "the target", is also a mention. If the name ends in a number, a mention has this number
-directly behind the other words, and without a unit: "picture 3", not "picture 3 m away". The rule looks only for words,
-so it can misread a reply.
+an article ("the logo"), or "the target", is also a mention. If the name ends in a number, as in `picture 3`, this
+number must follow the word and must not have a unit: "picture 3", not "picture 3 m away". The rule looks only for
+words, so it can misread a reply.
 """
 
 import re
@@ -174,7 +174,7 @@ def _latest(cue: str, following: str) -> str:
 
 
 def _claimed(before: str, after: str) -> bool:
-    """Return whether a mention is a claim, given the kinds of the cue before and the cue behind it; "" is no cue."""
+    """Return whether a mention is a claim, from the kinds of the cues before and behind it; "" stands for no cue."""
     if before in _NO or after in _NO or (before == "searched" and after != "placed"):
         return False
     return (after or before) in _YES
@@ -221,7 +221,7 @@ def _mention(target: str) -> re.Pattern[str]:
 
 
 def _either(alternatives: str) -> str:
-    """Return a pattern for any of the alternatives. It matches Latin letters only as whole words."""
+    """Return a pattern that matches any of the alternatives; an alternative in Latin letters must be a whole word."""
     return (
         f"(?:(?<![{LETTERS}])(?=[{LETTERS}0-9])(?:{alternatives})(?![{LETTERS}])|(?![{LETTERS}0-9])(?:{alternatives}))"
     )

@@ -1,4 +1,4 @@
-"""The words by which `sight_rule` reads a reply: names of things, and cues such as those of seeing."""
+"""The words by which `sight_rule` reads a reply: names of things, and cues such as "see" or "looking for"."""
 
 THINGS: dict[str, str] = {
     "logo": "logos?|logotype|emblems?|insignia|ロゴ(?:マーク)?|エンブレム",
@@ -46,7 +46,7 @@ To find the kind of a labelled thing, foundry looks up the last words of its lab
 """
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
-"""Things whose names have other meanings too ("it is safe"). They count only if a scene has such a thing."""
+"""Names of things that also have other meanings ("it is safe"). A name counts only if the scene has such a thing."""
 
 THE_TARGET = "(?:the|my|our) (?:target|goal object|target object)|ターゲット|目標物?|対象物?"
 """Expressions that mean the target of any walk."""

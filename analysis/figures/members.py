@@ -1,4 +1,4 @@
-"""Assigns each run to its group, and each group to its look."""
+"""Assigns each run to its group, and gives each group a marker and a colour."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -19,7 +19,7 @@ from analysis.tables.texts import number, with_interval
 
 
 def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
-    """Return, as text, the means of groups with 95 % intervals, then chance alone and the best policy."""
+    """Return as text each group's mean with its 95 % interval, then the values of chance and of the best policy."""
     means = [f"{group.label} {with_interval(group.mean, group.low, group.high)}" for group in groups]
     marks = [
         f"{what} {number(value)}"

@@ -8,10 +8,10 @@ from analysis.prose import group_label
 
 @dataclass(frozen=True)
 class Shown:
-    """A group with its look.
+    """A group with its name, marker and colour in plots.
 
     Attributes:
-        index: index of its look, which is the index of its model among the models, or among the baselines. Further
+        index: index of its marker and colour: the index of its model among the models, or among the baselines. Further
             groups of a model have indices from `palette.LOOKS` on.
     """
 

@@ -14,14 +14,15 @@ from foundry.storing.store import RunFolder
 from foundry.worlds.compared import Compared, Line, compared_of
 
 MESSAGE = "message"
-"""The kind of the question for a message, in worlds that ask for messages separately."""
+"""The kind of question that asks for a message, in worlds that ask for the action and the message separately."""
 PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same prompt except for the agent's own earlier words"
 """Ways in which the prompts of two questions can count as equal."""
 LONGEST_REPLY = 2_000
 """Maximum number of recorded characters of a reply."""
 SHORTEST_WORDS = 12
-"""An agent's own texts are removed before prompts are compared, but no text shorter than this: it could be part of
-another text.
+"""Before prompts are compared, the agent's own texts of at least this number of characters are removed from them.
+
+A shorter text is not removed, because it could also be part of another text.
 """
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 _DECODE = msgspec.json.Decoder(dict[str, Any]).decode
@@ -93,7 +94,9 @@ def partings(
 
 
 def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
-    """Return the earliest message (`question` MESSAGE) or other decision that differs although prompts were equal.
+    """Return the first decision that differs between two runs although the prompts were equal; None if none differs.
+
+    If `question` is MESSAGE, only messages are compared, otherwise only other decisions.
 
     Raises:
         RecordError: a record is damaged.

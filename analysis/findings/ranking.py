@@ -80,7 +80,7 @@ class Finding:
 
     @property
     def effect(self) -> float:
-        """The smallest standardised difference among the rows; infinite if it is the same in every seed."""
+        """The smallest standardised difference among the rows; infinite if no difference varies between seeds."""
         return min(map(effect, self.rows))
 
     @property
@@ -104,7 +104,7 @@ class Finding:
 
     @property
     def own(self) -> float:
-        """The level's mean over the seeds of the first row; other rows can have other seeds."""
+        """The level's mean in the first comparison of the finding; other comparisons can rest on other seeds."""
         return _means(self.rows[0], self.level)[0]
 
     @property

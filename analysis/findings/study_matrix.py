@@ -137,7 +137,10 @@ def _caption(*, several: bool, bars: bool) -> str:
 
 
 def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
-    """Return a key of each group's row: the group's settings without the world, and without a prompt of this world."""
+    """Return for each group the settings that identify its row.
+
+    With several worlds, the world is left out, and also the prompt if every world has only one prompt.
+    """
     known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
     pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
     with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}

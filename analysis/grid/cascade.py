@@ -40,7 +40,7 @@ class Cascade:
 
     @property
     def edges(self) -> int:
-        """Number of agents whose first warning extended a chain, which is the number of edges of the forest."""
+        """Number of agents that another agent's warning told of a fire first."""
         return int((self.parent != NOBODY).sum())
 
     @cached_property
@@ -157,7 +157,7 @@ class Relays:
 def find_relays(
     warned: BoolArray, told_at: IntArray, perceived_at: IntArray, *, able: BoolArray, within: int
 ) -> Relays:
-    """For S labellings of the same messages, return how many agents could pass a warning on, and how many did.
+    """Return how many agents could pass a warning on, and how many did, for S ways of labelling the same messages.
 
     Args:
         warned: whether an agent sent a warning, by labelling, step and agent, (S, T, N).

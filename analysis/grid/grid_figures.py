@@ -89,7 +89,7 @@ class GridGroup:
         return self._mean_curve(self.present)
 
     def course(self, name: str) -> Curve:
-        """Return the share of agents for one of `COURSES`, with an interval over runs."""
+        """Return the curve of one of `COURSES`: a share of agents at each step, with an interval over runs."""
         return curve_of(self.shown, [course[name] for course in self.courses], 1.0)
 
     def _mean_curve(self, curves: Sequence[FloatArray]) -> SurvivalCurve | None:

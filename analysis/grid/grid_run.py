@@ -13,7 +13,7 @@ import numpy as np
 from analysis.arrays import READABLE, BoolArray, Decisions, IntArray, TextArray
 
 OUTSIDE = -1
-"""Stands for the index of a place where a cell is outside all places."""
+"""Index of the place of a cell that is in no place."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
 """Staying and the directions of a move. `GridRun.choice` holds indices into CHOICES + FURTHER_ACTIONS."""
@@ -230,12 +230,12 @@ class GridRun(Decisions):
 
     @cached_property
     def counted(self) -> BoolArray:
-        """True for decisions on an action that measures count: all, or only the readable ones, (T, N)."""
+        """Whether measures count each agent's decision on an action, (T, N): all count, or only readable ones."""
         return self.readable if self.readable_only else self.there
 
     @cached_property
     def message_counted(self) -> BoolArray:
-        """True for decisions on a message that measures count: all, or only the readable ones, (T, N)."""
+        """Whether measures count each agent's decision on a message, (T, N): all count, or only readable ones."""
         return self.message_readable if self.readable_only else self.there
 
     @property

@@ -1,9 +1,9 @@
 """A null for worlds in which the seed draws the positions of fires and places.
 
 The positions are drawn again many times, and each time the agents' recorded paths are measured against the new
-positions. Agents that ignore fires and places would take the same paths whatever positions are drawn. For such agents
-the actual positions are just one more draw. So a measure minus its mean over the other draws is 0 on average, whatever
-habits these agents have.
+positions. Agents that ignore fires and places would take the same paths whatever positions are drawn. For agents that
+ignore fires and places, the actual positions are just one more draw. For them a measure minus its mean over the other
+draws is 0 on average, whatever habits they have.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,8 +1,8 @@
 """Two imagined agents that perceive nothing; several signatures compare runs with their expected behaviour.
 
 The random walker never stays: at every step it makes one of the legal moves, each equally likely. The blind agent stays
-whenever the run's agent stayed. Otherwise it draws a legal direction, with the frequencies that directions have in the
-run. So the blind agent prefers the same directions as the agents of the run.
+whenever the run's agent stayed. When the run's agent moved, the blind agent draws a legal direction, with the
+frequencies that directions have in the run. Therefore it prefers the same directions as the agents of the run.
 """
 
 from functools import lru_cache
@@ -31,7 +31,7 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 
 
 def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
-    """Return the probabilities that the blind agent, if it moves, goes up, down, left and right, (E, 4).
+    """Return the probabilities of up, down, left and right for an agent that moves but perceives nothing, (E, 4).
 
     The probabilities are proportional to how often all agents request each direction, in counted decisions in cells
     with four legal moves. Half a move is added to each direction (Jeffreys' prior), so that no legal direction is
@@ -123,7 +123,7 @@ def _cells_table(side: int, horizon: int) -> FloatArray:
 
 
 def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
-    """Return a weighted sum over cells of the probability that the walker visits the cell, by moves and start.
+    """Return the mean weight of the given cells that a random walker visits, by number of moves and cell of the start.
 
     The weight of a cell is the number of its images under the symmetries of the square, divided by eight.
 

@@ -1,11 +1,11 @@
 """Labels of warnings: a rule or a model decides which messages are warnings, and labels by people correct the result.
 
 The rule is in the module `warning_rule`. A model's labels are written by `foundry label` into a sweep's folder. The
-labels of the rule and of the model are compared with the labels in `hand_labelled.jsonl`. These texts were labelled one
-by one with the question of the label `warning`. Only the held-out texts count for accuracy: they were written
-independently of the rule, and nobody looked at them to change the rule. `TEXTS_BY` says who wrote and labelled the
-texts. Agreement with the other texts says little about new texts, above all agreement with the texts that were used to
-tune the rule.
+labels of the rule and of the model are compared with the labels in `hand_labelled.jsonl`. The texts in this file were
+labelled one by one with the question of the label `warning`. Only the held-out texts count for accuracy: they were
+written independently of the rule, and nobody looked at them to change the rule. `TEXTS_BY` says who wrote and labelled
+the texts. Agreement with texts that are not held out says little about new texts, above all agreement with the texts
+that were used to tune the rule.
 """
 
 import hashlib
@@ -112,7 +112,10 @@ RULE_AGREEMENT = Agreement(
     kappa=0.8095238095238095,
     interval=Interval(0.6810738235238813, 0.9379737955237377),
 )
-"""How well the rule agrees with the held-out texts. A test checks these numbers; computing them takes a second."""
+"""Agreement of the rule's labels with labels by hand, on texts that were not used to write the rule.
+
+A test checks these numbers; computing them takes a second.
+"""
 
 
 @dataclass(frozen=True)
@@ -265,7 +268,10 @@ def judge_of(sweep: SweepFolder, label: Label) -> Judge | None:
 
 
 def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, *, by_model: bool) -> OwnLabel:
-    """Return a label with its own signature. Labels of a model are used if `by_model`, or if the label has no rule."""
+    """Return a label with its own signature.
+
+    Labels that a model gave are used if `by_model` is true, or if no rule exists for this label.
+    """
     judge = judge_of(sweep, label) if by_model or not label.rule else None
     if judge is None:
         return OwnLabel(label, "", None, correction)

@@ -1,16 +1,18 @@
 """Corrects measures of labels with a random sample of texts that people labelled.
 
-A mean of labels is corrected in each run separately. A rule or a model (the surrogate) labels all texts of the run. To
-the mean of its labels foundry adds a sum over the run's texts that people labelled, divided by the run's number of
-texts. Each such text adds (person's label - surrogate's label) x N / n. N is the number of texts in its stratum, n the
-number that people labelled. This is the difference estimator; whatever errors the surrogate makes, it is unbiased
+A mean of labels is corrected in each run separately. A rule or a model (the surrogate) labels all texts of the run, and
+foundry takes the mean of the surrogate's labels. The correction that foundry adds to this mean is a sum over the texts
+that people labelled, divided by the number of all texts of the run. Each text that a person labelled adds (person's
+label - surrogate's label) x N / n to the sum. N is the number of texts in its stratum, n the number that people
+labelled. The difference estimator, as this correction is called, is unbiased whatever errors the surrogate makes
 (Särndal, Swensson and Wretman 1992). The corrected mean is one value per run, so models can be compared in pairs of
 seeds as for other measures.
 
 Measures that are not means are computed on COPIES copies of a run. In each copy, every text that nobody labelled gets a
 random label. The probability of the drawn label depends on the text's model, on its stratum, and on whether its agent
-knew of a fire. If it ignored what the agent knew, chains of warnings would begin with agents that know of no fire. This
-method is multiple imputation; `analysis.stats.imputed` combines the values of the copies into one.
+knew of a fire. If the probability ignored what the agent knew, chains of warnings would begin with agents that know of
+no fire. The method with copies is multiple imputation; `analysis.stats.imputed` combines the values of the copies into
+one.
 """
 
 import hashlib
@@ -37,7 +39,10 @@ _PRIOR = 0.5
 """Jeffreys' prior for the rate of a choice: it counts as half a label for the choice and half a label against it."""
 
 CellKey = tuple[int, str, str, bool]
-"""A cell: texts with one rate. Draw of the sample, model, stratum, and whether the agent knew of a fire."""
+"""Key of a cell, a set of texts that share one rate of a choice.
+
+It contains the number of the sample, the model, the stratum, and whether the agent knew of a fire.
+"""
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,7 @@ class Correction:
         return f"corrected with {self.texts} labels of {people}"
 
     def copies(self, run: str, texts: Sequence[tuple[str, Context, bool]]) -> BoolArray:
-        """Return whether each text is labelled with the label's first choice in each copy, (COPIES, texts).
+        """Return, for each copy of the run and each text, whether the label is the first choice, (COPIES, texts).
 
         Within a copy, equal texts get equal labels.
 

@@ -1,10 +1,10 @@
 """Recognises texts in English and Japanese, which are the languages of the rules.
 
 The script of most letters in the text decides first. A text in Chinese characters and kana is Japanese if it has
-hiragana. Without hiragana, such a text is Japanese unless it has a Chinese word or character that Japanese does not
-use. A text in Latin letters is English if enough of its words are common English words. A text in any other script is
-neither English nor Japanese. The test for English ignores names with digits, and words that many languages share. A
-text that has only such words, or no letters, counts as English or Japanese.
+hiragana. Without hiragana, a text in Chinese characters or kana is Japanese unless it has a Chinese word or character
+that Japanese does not use. A text in Latin letters is English if enough of its words are common English words. A text
+in any other script is neither English nor Japanese. The test for English ignores names with digits, and words that many
+languages share. A text that has nothing but ignored words, or no letters, counts as English or Japanese.
 """
 
 import re

@@ -3,17 +3,17 @@
 A text that is neither English nor Japanese gets no label; the module `language` decides this.
 
 A text is a warning if one of its clauses mentions a fire and nothing cancels the mention. A mention is the name of a
-fire of the world, or a word for fire, flames, smoke, burning, evacuation or urgent flight. Expressions in which such a
-word means something else do not count ("fire drill", "smoke-free"). A word for danger ("danger", "unsafe") also counts
-as a mention if its sentence names a position such as (3, 4), or if the text calls others to get away. The text is split
-into sentences, and sentences into clauses, at commas and conjunctions. A mention of a fire is cancelled by any of these
-in its clause:
+fire of the world, or a word for fire, flames, smoke, burning, evacuation or urgent flight. The rule ignores expressions
+in which a word for fire means something else ("fire drill", "smoke-free"). A word for danger ("danger", "unsafe") also
+counts as a mention if its sentence names a position such as (3, 4), or if the text calls others to get away. The text
+is split into sentences, and sentences into clauses, at commas and conjunctions. A mention of a fire is cancelled by any
+of these in its clause:
 
 1. a denial before the mention ("no sign of any fire"), or, in Japanese, behind the mention ("火事はありません"). A
    sentence that only denies harm or a drill cancels nothing ("nobody was hurt by the fire");
-2. words that say that the fire is over or was none ("extinguished", "false alarm", "only steam"). They may also stand
-   later in the sentence or in the next one. They cancel nothing if another fire continues ("fire1 is out, fire2 still
-   burns");
+2. words that say that the fire is over or was none ("extinguished", "false alarm", "only steam"). Such words also
+   cancel a mention earlier in the sentence or in the sentence before. If another fire continues, words that say that
+   one fire is over cancel nothing ("fire1 is out, fire2 still burns");
 3. words before the mention for the past ("yesterday"), a supposition ("if you see a fire") or a tale ("a book about
    fires");
 4. a question, unless the question treats the fire as a fact ("did you notice that the bar burns?"). If a statement
@@ -21,8 +21,8 @@ in its clause:
    go?").
 
 Words that forbid going to the fire, or deny that it is over, cancel no mention ("do not go near the fire", "not out
-yet", "until it is out"). After a denied mention, a clause of at most three words is also denied ("no fire, smoke, or
-flames").
+yet", "until it is out"). If a clause of at most three words follows a clause with a denial, the denial also holds for
+its words ("no fire, smoke, or flames").
 
 The rule ignores case, full-width forms of letters, and Unicode composition. The words are in `warning_words`; English
 words match only whole words, Japanese words match anywhere. The names of fires, such as `fire1`, are found in English
@@ -50,10 +50,13 @@ _READ_LENGTH = 20_000
 """The rule reads at most this number of characters of a text; messages of models are much shorter."""
 
 _FAR, _NEAR = 60, 8
-"""Maximum number of characters between a denial and the denied word; `_NEAR` is for Japanese words such as "消えた"."""
+"""Maximum number of characters between a denial such as "no" and the word that it denies, such as "fire".
+
+`_NEAR` is for Japanese words such as "消えた".
+"""
 
 _SHARING_WORDS = 3
-"""A clause of at most this number of words shares the denial of the clause before, as in "no fire, smoke"."""
+"""In "no fire, smoke", the denial "no" also holds for the next clause if that clause has at most this many words."""
 
 _IN_NAMES = LETTERS + "0-9_"
 """Characters that can be part of a fire's name, so that the name `fire1` is not found in `fire12`."""
@@ -194,7 +197,7 @@ def _warns(placed: str) -> bool:
 
 
 def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -> _Warned | None:
-    """Return the last sentence so far that warns, perhaps this one; None without one, or if this one cancels it."""
+    """Return the last warning, from this or an earlier sentence; None without one, or if this sentence cancels it."""
     denied = False
     for clause in _statements(sentence):
         read = _read(clause, urges=urges)
@@ -207,7 +210,7 @@ def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -
 
 
 def _statements(sentence: str) -> Iterator[str]:
-    """Yield the clauses that state something, and questions that treat it as a fact ("did you see the fire?")."""
+    """Yield the clauses that are statements, or questions that treat a fire as a fact ("did you see the fire?")."""
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
     clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]

@@ -18,7 +18,7 @@ FIRE_JAPANESE = (
 """Words that mention a fire, smoke, flames or an evacuation."""
 
 PICTURED = "🔥 {0,3}(?:at|in|near|by|on|@)(?![a-z])"
-"""The fire emoji, if a place follows ("🔥 at the bar"). The emoji alone may be praise."""
+"""The fire emoji, if a place follows ("🔥 at the bar"). Without a place, the emoji often means praise, not a fire."""
 
 FLEE = (
     "(?<!to )(?<!i )(?<!we )(?<!will )(?<!'ll )(?<!must )(?<!should )(?<!can )(?<!could )(?<!let's )(?:leave"
@@ -171,7 +171,7 @@ GO = (
     "|wait|linger|use|cross|pass|touch|ignore|forget|underestimate|escape|reach|breathe"
     "|be (?:near|close)|want to be|put|control|stop|extinguish|safe"
 )
-"""Actions after "do not" or "cannot" that cancel no warning ("do not touch the fire")."""
+"""Actions after "do not" or "cannot": "do not touch the fire" denies the action, not the fire, so it is a warning."""
 
 FORBIDDEN_JAPANESE = (
     "ないで|ない(?:ほう|方|よう)|かもしれ(?:ない|ません)|知れません|しかありません|危ない"
@@ -262,7 +262,7 @@ DOUBT = "(?:don't|do not|dont|doesn't|does not|didn't) (?:think|believe|look lik
 
 LASTING = "still|continues|keeps|again|not over|ongoing|raging|getting|growing|spreading|bigger|worse"
 LASTING_JAPANESE = "まだ|今も|依然|再び"
-"""Words that say that a fire continues. With them, the end of another fire cancels no warning."""
+"""Words that say that a fire continues. "fire2 still burns, fire1 is out" is a warning because of the word "still"."""
 
 MISTAKEN = (
     "(?:only|just|merely|nothing but|simply) (?:a |an |the |some "

@@ -1,9 +1,9 @@
 """Computes the certainty of decisions from the log-probabilities that `model.logprobs` records.
 
-`steps.parquet` then has three more columns. `probability` is the share of the chosen label in the total probability of
-the declared labels. `entropy` is over these labels, in bits; `covered` is their total probability. The columns are
-empty if no single token decides: for a number, for a label that occurs several times or never in the reply, and for
-labels with a common beginning.
+If they are recorded, `steps.parquet` has three more columns. `probability` is the share of the chosen label in the
+total probability of the declared labels. `entropy` is the entropy of the probabilities of the declared labels, in bits.
+`covered` is the total probability of the declared labels. The columns are empty if no single token decides: for a
+number, for a label that occurs several times or never in the reply, and for labels with a common beginning.
 """
 
 from collections.abc import Iterable

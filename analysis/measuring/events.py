@@ -41,7 +41,7 @@ def unreadable_replies(run: Any) -> Iterator[Event]:
 
 
 def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
-    """Return the event of a run's failure after the given step, with its cause."""
+    """Return an event that says why a run failed after its last step; [] without a summary of the failure."""
     if summary is None:
         return []
     cause = one_line(f"{summary.error_type}: {summary.error}", LONGEST_TEXT)

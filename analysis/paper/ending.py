@@ -118,7 +118,7 @@ def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[
 
 @dataclass(frozen=True)
 class _Shown:
-    """The rows of headline measures that the ending shows, and the data to describe them.
+    """The comparisons in headline measures that the last lines of an analysis show, and the data to describe them.
 
     Attributes:
         ranked: the findings in these rows, including gaps.
@@ -154,7 +154,7 @@ class _Shown:
 
     @cached_property
     def entries(self) -> Sequence[Sequence[str]]:
-        """For each entry, its lines: first the findings, then the declared rows that show no difference."""
+        """The results, each as a list of lines: first the findings, then declared comparisons without a difference."""
         declared = [row for row in self.rows if row["claim"] == DECLARED]
         others = [
             row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
@@ -167,7 +167,7 @@ class _Shown:
 
     @cached_property
     def title(self) -> Sequence[str]:
-        """The lines above the entries; without entries, they say why nothing can be claimed."""
+        """The lines above the list of results; if the list is empty, they say why no claim is possible."""
         if not self.entries:
             return wrapped(nothing_claimed(self.rows), self.width)
         tests = tests_in(self.rows)

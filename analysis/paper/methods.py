@@ -39,7 +39,7 @@ _ESCAPED = str.maketrans({letter: f"\\{letter}" for letter in "&%$#_{}"} | {"\\"
 
 @dataclass(frozen=True)
 class Basis:
-    """The parts of an analysis from which methods and references are written."""
+    """The results of an analysis that the texts of methods and references are written from."""
 
     members: Sequence[Member]
     forms: Sequence[FormAnalysis]
@@ -154,7 +154,7 @@ def _known() -> tuple[Source, ...]:
 
 
 def _used(found: Basis) -> Iterator[str]:
-    """Yield the parts of the analysis for which a publication may be cited."""
+    """Yield the names of worlds, prompts, tests and so on in an analysis for which a paper may cite a source."""
     for member in found.members:
         config = member.folder.config()
         yield f"world {config['world']['name']}"

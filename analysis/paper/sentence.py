@@ -44,7 +44,7 @@ Row = Mapping[Any, Any]
 
 @dataclass(frozen=True)
 class Sides:
-    """The facts about groups of runs that a sentence about a difference needs.
+    """Facts about groups of runs, for sentences that say how two groups differ.
 
     Attributes:
         unread: share of unreadable decisions, by factor, level and context.
@@ -170,7 +170,7 @@ def _silent(row: Row, sides: Sides) -> str:
 
 
 def _whose(row: Row, sides: Sides) -> str:
-    """Return the name of the model whose runs a comparison of two settings compares, or "the model"."""
+    """Return the name of the model with which both compared groups were run; "the model" if it is not known."""
     named = [part.removeprefix(f"{MODEL}=") for part in str(row["context"]).split(", ") if part.startswith(f"{MODEL}=")]
     named += sides.models if len(sides.models) == 1 else []
     return named[0] if named else "the model"
@@ -206,7 +206,7 @@ def _looks(row: Row) -> str:
 
 
 def equals_p(p: float) -> str:
-    """Return a p value with its sign: ` = .04` or ` < .001`."""
+    """Return a p value as text, with an equals or a less-than sign: ` = .04` or ` < .001`."""
     text = p_value(p)
     return f" {text[0]} {text[1:]}" if text.startswith("<") else f" = {text}"
 

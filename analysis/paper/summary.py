@@ -56,7 +56,10 @@ def _alone(compared: Comparison) -> str:
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
-    """Return one sentence per finding, then per other row; the last one counts the sentences that have no room."""
+    """Return a sentence for each finding, then for each other row, but at most `most` sentences.
+
+    If sentences are left out, the last sentence says how many.
+    """
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
     different = [finding for finding in findings(every) if finding.differs]

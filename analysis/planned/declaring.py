@@ -120,7 +120,7 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
 
 
 def out_of_reach(plan: Preregistration) -> list[str]:
-    """Return a line for each look at which, after Holm's correction, no first test can be significant."""
+    """Return a line for each look with too few seeds: no p value can be low enough for Holm's correction."""
     return [
         f"at {look.seeds} seeds no p can reach {look.alpha_in_family:.2g}: use more seeds or fewer conditions"
         for look in plan.looks

@@ -38,7 +38,7 @@ class Held:
         return f"look {reached} of {len(looks)}, at {now.seeds} seeds, level {now.alpha:.2g} of a single test"
 
     def notes(self) -> list[str]:
-        """Return the last reached look and the deviations, one line each."""
+        """Return lines about the declaration: the last look so far, and each deviation from the plan."""
         kept = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
         known = [self.plan.known] if self.plan.known else []
         differs = [f"differs from the plan: {line}" for line in self.differs]
@@ -162,7 +162,7 @@ def _reached(declared: Preregistration, ended: set[str]) -> int:
 
 
 def _changed(declared: Preregistration) -> Iterator[str]:
-    """Yield the measures whose code has changed since the plan, or no longer exists."""
+    """Yield the declared measures that have other code than when they were declared, or that no longer exist."""
     for measure in declared.measures:
         try:
             now = code_of(measure.name, list(measure.code_sha256))

@@ -26,7 +26,7 @@ _ORDINALS = ("", "", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[_Side, str]:
-    """Return a hash of each group's settings, by factor, level and context."""
+    """Return a hash of each group's settings; the keys are the factor, level and context that identify the group."""
     own: dict[Group, Mapping[str, Any]] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
         if not result.baseline:
@@ -42,7 +42,7 @@ def _hash(config: Mapping[str, Any]) -> str:
 
 
 def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]) -> pd.DataFrame:
-    """Add to the contrasts how often each pair was tested without a declaration, and record new looks in the folder.
+    """Add to the contrasts how many looks each pair of groups had without a declaration; record them in the folder.
 
     An analysis of the same number of seeds is not a new look.
 

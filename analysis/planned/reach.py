@@ -19,7 +19,7 @@ from foundry.storing.preregistration import PlannedCondition
 from foundry.texts import counted
 
 CHANCE = 0.8
-"""The probability with which the detectable difference is found."""
+"""A difference counts as detectable if the test finds it with this probability."""
 SIMULATIONS = 400
 _MOST_EFFECT, _HALVINGS = 20.0, 8
 
@@ -62,7 +62,10 @@ class Reach:
 
 
 def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measures: int = 0) -> Reach | None:
-    """Return the power of a sweep's tests, by default of one measure per primary signature; None without tests."""
+    """Return the power of a sweep's tests; None if the sweep compares nothing.
+
+    If `measures` is 0, the tests are of one measure per signature that is tested by default.
+    """
     played = [(condition, form) for condition, form in zip(conditions, forms, strict=True) if condition.runs]
     factors = [factor for factor, _ in compared_pairs(*map(list, zip(*played, strict=True)))]
     if not factors:

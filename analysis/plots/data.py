@@ -8,7 +8,7 @@ import numpy as np
 
 _SCALARS = (str, bool, int, float, np.generic)
 _LOOKS = ("index",)
-"""Fields that are left out, because they only define the look of a group."""
+"""Fields that are left out, because they only define the marker and the colour of a group."""
 
 
 def csv_of(data: Iterable[Any]) -> str:
@@ -19,7 +19,9 @@ def csv_of(data: Iterable[Any]) -> str:
 
 
 def rows_of(data: Iterable[Any], panel: str = "") -> Iterator[dict[str, Any]]:
-    """Yield the rows of data classes; in a tuple of a title and a list, they belong to the panel with this title.
+    """Yield the rows of a table with the content of data classes.
+
+    A tuple (title, list) stands for a panel: each row from the list has the title in its column `panel`.
 
     A field with one number or text becomes a column. A field with an array gives one row per element, with the index of
     the element as `position`, or as `row` and `column`. A group becomes its label.

@@ -21,7 +21,7 @@ _ROUNDING = 1e-9
 """Difference below which values count as equal."""
 _SPREAD = 0.28
 _PATTERN = 5
-"""Number of different offsets of successive dots, which separate equal values."""
+"""Number of different positions of dots across an axis, so that dots of equal values do not hide each other."""
 
 
 @dataclass(frozen=True)

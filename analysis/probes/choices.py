@@ -122,7 +122,7 @@ class Answers:
         return (pair for pair in itertools.product(self.names, self.changes.values()) if pair[1].is_edit)
 
     def expected(self, subject: Subject, change: Change) -> Chosen:
-        """Return the choices that a subject should make under an edit, computed from its choices without it."""
+        """Return the choices that a subject should make under an edit, computed from its choices without the edit."""
         return {key: change.carried(counts) for key, counts in self.of(subject).items()}
 
 

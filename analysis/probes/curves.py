@@ -2,8 +2,8 @@
 
 The slope of a seed is sum (x - mean x) (y - mean y) / sum (x - mean x)^2, where x is the value of the quantity and y is
 the share of a choice at this value. Both means are taken within one moment, since not every moment can have every
-value. So the slope is a least-squares slope with an intercept for each moment. For a policy that ignores the quantity,
-the expected slope is 0. Slopes that are 0 in every seed are not tested.
+value. So the slope is a least-squares slope with an intercept for each moment. If a policy chooses without regard to
+the quantity, the expected slope is 0. Slopes that are 0 in every seed are not tested.
 """
 
 import itertools

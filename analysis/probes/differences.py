@@ -1,7 +1,7 @@
 """Converts the comparisons of a probe to the table of contrasts that the analysis of sweeps reads.
 
-A row compares a distance between choices (`mean_level`) with the distance expected by chance (`mean_reference`). So
-`difference` is the excess of the distance, with the interval and the one-sided test of a probe.
+A row compares a distance between choices (`mean_level`) with the distance expected by chance (`mean_reference`). The
+column `difference` is the distance minus the distance by chance; its interval and its one-sided test are the probe's.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,7 +39,7 @@ CAPTION = (
 
 
 def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planned: bool, known: str) -> pd.DataFrame:
-    """Return the table of contrasts: pairs of models, edits, and spreads over formats.
+    """Return the table of contrasts of a probe: differences between models, by edits, and between formats.
 
     Args:
         frames: the tables `agreement`, `edits`, `formats` and `moments` of the probe.
@@ -71,7 +71,7 @@ def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
 
 
 def named(row: Row) -> dict[str, str]:
-    """Return the measure and both compared sides of a row of `agreement`, `edits` or `formats`.
+    """Return the measure of a row of `agreement`, `edits` or `formats`, and the two models or prompts that it compares.
 
     The keys are columns of the table of contrasts.
     """

@@ -52,9 +52,10 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> A
 
 @lru_cache(maxsize=65536)
 def expected_gap(count: int, m: int, n: int) -> float:
-    """Return the mean of |k / m - (count - k) / n|, where k of `count` equal choices are in the sample of m.
+    """Return the mean difference between the shares of one choice in two random samples of sizes m and n.
 
-    k is hypergeometric, since m of m + n choices are taken at random.
+    The choice was made `count` times in all. The result is the mean of |k / m - (count - k) / n|, where k of these
+    choices are in the first sample. k is hypergeometric, since m of m + n choices are taken at random.
     """
     least = max(0, count - n)
     ways = math.comb(count, least) * math.comb(m + n - count, m - least)

@@ -154,7 +154,7 @@ def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatA
 
 
 def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
-    """Return the variance of each seed's share over formats that chance alone would give, (seeds,).
+    """Return for each seed how much the share of a choice would vary between formats by chance alone, (seeds,).
 
     Let k of the F n answers in a moment be a given choice, and p = k / F n. The counts in the formats are
     hypergeometric, with variance n p (1 - p) (F n - n) / (F n - 1), and a covariance of -1 / (F - 1) times this
@@ -202,7 +202,7 @@ def _signs(values: FloatArray) -> IntArray:
 
 
 def _turned(signs: IntArray) -> FloatArray:
-    """Return the share of pairs of formats with opposite signs, (rows,), for signs of shape (rows, formats)."""
+    """Return for each row of signs (rows, formats) the share of pairs of formats that have opposite signs, (rows,)."""
     formats = signs.shape[1]
     more, less = (signs > 0).sum(axis=1), (signs < 0).sum(axis=1)
     return np.asarray(more * less / (formats * (formats - 1) / 2), dtype=np.float64)

@@ -49,12 +49,14 @@ class Family:
 
     @classmethod
     def of(cls, names: Sequence[str], answers: Answers) -> "Family":
-        """Return the family of these models and edits in a recorded probe."""
+        """Return the family of tests that is declared by these names of models and edits of a recorded probe."""
         return cls.named(names, answers.names, [change.name for change in answers.changes.values() if change.is_edit])
 
     @classmethod
     def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> "Family":
-        """Return the family of these models and edits. Name a model as in the tables, or by its tag alone.
+        """Return the family of tests that is declared by these names of models and edits.
+
+        Name a model as in the tables, or by its tag alone.
 
         Raises:
             InputError: a name is neither a model nor an edit of this probe.
@@ -87,7 +89,10 @@ class Family:
         return declared & (frame["kind"] == ALL).to_numpy() if "distance" in frame else declared
 
     def correct(self, *frames: pd.DataFrame) -> None:
-        """Fill `p_holm` in the declared rows, corrected over each table, or over all tables if a family is given."""
+        """Correct the p values of the declared rows by Holm's method, and write them into the column `p_holm`.
+
+        If models or edits are declared, all tables are corrected together, otherwise each table by itself.
+        """
         rows = [self.rows(frame) for frame in frames]
         p = [frame["p"].to_numpy(dtype=np.float64)[own] for frame, own in zip(frames, rows, strict=True)]
         ends = np.cumsum([len(own) for own in p])[:-1]

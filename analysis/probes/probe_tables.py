@@ -239,7 +239,10 @@ def _moments(answers: Answers) -> pd.DataFrame:
 
 
 def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
-    """Return the moments with the largest mean excess over the pairs of models, and their mean distances."""
+    """Return the moments in which models differ most, with the mean distance between models and the mean floor.
+
+    The order is by the distance minus the floor, as a mean over the pairs of models.
+    """
     by_moment: dict[MomentKey, list[Apart]] = {}
     for compared in pairs:
         for key, apart in compared.moments.items():

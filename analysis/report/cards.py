@@ -26,9 +26,9 @@ from foundry.texts import counted, one_line
 MOST_CARDS = 3
 """Maximum number of findings on the first screen."""
 MOST_ROWS = 10
-"""Maximum number of rows of a strip."""
+"""Maximum number of groups in the small plot of a card."""
 WIDTH, MARGIN = 160.0, 5.0
-"""Width of a strip and of the empty space at both of its ends, in units of the drawing."""
+"""Width of the small plot of a card, and of the empty space at its left and right end, in units of the drawing."""
 LONGEST = 230
 """Maximum number of characters of a reply on a card, which are three lines."""
 _BEFORE = 60
@@ -59,9 +59,9 @@ class StripRow:
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply in an example moment: the model's name, a link to its run, and the reply in parts.
+    """A reply in an example moment: the model's name, a link to its run, and the text, cut into pieces.
 
-    A part is marked as True if it differs from the other reply.
+    A piece is marked as True if it differs from the reply of the other model.
     """
 
     name: str
@@ -111,7 +111,7 @@ def _of_another_context(finding: FindingRecord, chosen: Sequence[FindingRecord])
 
 
 def mark(shown: Shown, name: str) -> Mark:
-    """Return the name and the look of a group."""
+    """Return the name, the marker and the colour of a group."""
     group = look(shown.index, baseline=shown.baseline)
     marker = group.marker
     corners = "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
@@ -144,7 +144,7 @@ def _compared(found: Material, moment: Moment, base: Path) -> str:
 
 
 def _crop(found: Material, moment: Moment) -> Markup:
-    """Return a picture of the agent's surroundings in an example moment; both runs had the same prompt there."""
+    """Return a picture of the agent's surroundings in an example moment, in which both runs had the same prompt."""
     member = next(member for member in found.members if member.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:

@@ -86,7 +86,7 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
 
 
 def _labellings(sweeps: Sequence[SweepFolder], labelled_by_model: bool) -> Mapping[str, Labelling]:
-    """Return the labels of warnings by run; the baselines of a sweep have the same labeller as the sweep."""
+    """Return for each run id who labels messages as warnings; a sweep's baselines get the labeller of the sweep."""
     found: dict[str, Labelling] = {}
     for sweep in reversed(sweeps):
         labelling = labelling_of(sweep, by_model=labelled_by_model)

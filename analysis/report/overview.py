@@ -177,7 +177,7 @@ def claims(found: Material) -> Claims:
 
 
 def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: bool) -> str:
-    """Return a sentence on the possible claims from declared rows of the contrasts, and from the findings in them."""
+    """Return a sentence that says which claims are possible, from the declared comparisons and their findings."""
     if not rows:
         return "No groups are compared, so nothing can be claimed."
     different = sum(kind_of(row) == DIFFERENT for row in rows)

@@ -35,7 +35,10 @@ def address(path: Path, base: Path) -> str:
 
 
 def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
-    """Return the name of each sweep with each of its commands; if there are several, also each one's runs and date."""
+    """Return a row per command that added runs to a sweep: the sweep's name, the command, and what it added.
+
+    The third text is the number of runs with the date; it is empty if the sweep has only one command.
+    """
     return [
         (sweep.path.resolve().name, " ".join(("foundry", *one.overrides)), _added(one) if len(history) > 1 else "")
         for sweep in sweeps
@@ -103,7 +106,7 @@ def canary_grid(found: Material) -> Grid | None:
 
 
 def determinism_grid(sweeps: Iterable[SweepFolder]) -> Grid | None:
-    """Return how often servers repeated their replies; None if this was not measured."""
+    """Return a table: how often a server gave the same reply to a repeated call. None if this was not measured."""
     told = [one for sweep in sweeps for one in told_of(sweep)]
     rows = [(one.name, *_repeated(one.repeats)) for one in told if one.repeats is not None]
     if not rows:
@@ -140,7 +143,7 @@ def cost_grid(found: Material) -> Grid:
 
 
 def _cost(mine: Sequence[Member]) -> tuple[tuple[str, ...], float, float]:
-    """Return calls and tokens as texts, then the seconds of the model and of the clock."""
+    """Return calls and tokens as texts, then the seconds of the model's calls and the wall seconds of the runs."""
     summaries = [member.summary for member in mine if member.summary is not None]
     counts = [summary.counts for summary in summaries]
     totals = [

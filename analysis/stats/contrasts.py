@@ -192,7 +192,10 @@ def _effects(paired: Paired, found: Estimates) -> dict[str, Any]:
 
 
 def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
-    """Return the columns of the test of equivalence; `beyond` is a sentence if a seed differs by more than `widest`."""
+    """Return the columns of the test of equivalence.
+
+    If the difference of a seed is larger than `widest`, the column `beyond` has a sentence that says so.
+    """
     margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
     declared = {} if asked.plan is None else asked.plan.widest

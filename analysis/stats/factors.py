@@ -105,7 +105,7 @@ def context_of(columns: Sequence[str], group: Group, factors: Sequence[Factor], 
 
 
 def sides_of(columns: Sequence[str], group: Group, factors: Sequence[Factor]) -> list[tuple[str, str, str]]:
-    """Return, for each factor, the factor, level and context with which the table of contrasts names a group."""
+    """Return (factor, level, context) for each factor; the table of contrasts names a group by these three texts."""
     return [
         (factor.name, group[columns.index(factor.name)], context_of(columns, group, factors, factor.name))
         for factor in factors

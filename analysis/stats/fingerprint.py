@@ -115,7 +115,7 @@ def _means(scaled: FloatArray, levels: Sequence[str], names: Sequence[str]) -> p
 
 @dataclass(frozen=True)
 class _Merges:
-    """The merges of L levels in each of D draws.
+    """The trees that join L levels, one tree for each of D random draws of the seeds.
 
     Attributes:
         linkage: as in `Fingerprint`, for each draw (D, L - 1, 4).
@@ -127,7 +127,9 @@ class _Merges:
 
 
 def _merges(means: FloatArray) -> _Merges:
-    """In each draw, merge levels by average distance, the closest first (UPGMA; Sokal and Michener 1958).
+    """For each random draw, join levels to a tree by average distance, the closest first (UPGMA).
+
+    Source: Sokal and Michener 1958.
 
     Args:
         means: means of the levels in each draw (D, L, K).
@@ -155,7 +157,10 @@ def _merges(means: FloatArray) -> _Merges:
 
 
 def _support(scaled: FloatArray, joined: BoolArray) -> FloatArray:
-    """Return, for each merge, in which share of resamples of the seeds a merge joins the same levels (L - 1,)."""
+    """Return the support of each branch of the tree, (L - 1,).
+
+    It is the share of random resamples of the seeds in which a branch with the same levels exists.
+    """
     if len(joined) == 1:
         return np.ones(1)
     seeds = scaled.shape[1]
@@ -192,9 +197,10 @@ def _energy(scaled: FloatArray, levels: Sequence[str]) -> pd.DataFrame:
 
 
 def swap_p(first: FloatArray, second: FloatArray) -> float:
-    """Return p of the energy distance between two groups of points (n, K), from swaps of the points of a seed.
+    """Return the p value of the energy distance between two groups of n points each, (n, K), one point per seed.
 
-    It is exact up to n = 16; for larger n, a fixed random sample of swaps is used.
+    The null distribution comes from swapping the two points of a seed. It is exact up to n = 16; for larger n, a fixed
+    random sample of swaps is used.
     """
     # With labels s of all 2n points, +1 and -1, the distance is -s'Ds / n^2, and a swap changes the sign of a pair.
     size = len(first)

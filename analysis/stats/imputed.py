@@ -6,7 +6,7 @@ from analysis.arrays import FloatArray
 
 
 def variance_of_copies(differences: FloatArray) -> float:
-    """Return by how much the variance of the mean difference over seeds grows because m copies differ.
+    """Return what the variance of the mean difference over seeds gains because m copies of each run differ.
 
     Each copy has a mean difference. W is the mean of the variances of these means, and B is the variance of these means
     between copies. V is the variance of the mean of the differences that were first averaged over copies. The result is

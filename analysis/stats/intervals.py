@@ -83,7 +83,7 @@ class Estimates:
 
     @classmethod
     def joined(cls, parts: "Sequence[Estimates]") -> "Estimates":
-        """Return one object with the rows of all parts."""
+        """Return one object that contains the rows of all given objects, in order."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     def row(self, index: int) -> Estimate:

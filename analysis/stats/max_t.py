@@ -1,8 +1,8 @@
 """Corrects p values for several tests: by step-down max-T within a pair of groups, by Holm's method over the pairs.
 
 In a pair, all measures of a seed change sign together, so correlated measures cost no power (Westfall and Young 1993;
-Romano and Wolf 2005). The smallest p that can occur depends on the number of seeds and of pairs of groups. It does
-not depend on the number of measures. `benchmarks/calibration.md` shows how well the test keeps its level.
+Romano and Wolf 2005). The smallest p that can occur depends on the number of seeds and of pairs of groups, but not on
+the number of measures. `benchmarks/calibration.md` shows how often the test errs if nothing differs.
 """
 
 import numpy as np

@@ -19,7 +19,7 @@ from analysis.stats.intervals import Estimates, estimates
 from analysis.stats.values import BoolArray, SeedValues, select
 
 _VALUES_AT_ONCE = 2**18
-"""Number of values of the first groups that are in memory at once."""
+"""Number of values that are in memory at once, for the first group of each pair of groups."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,10 @@ class Paired:
 
     @property
     def difference(self) -> FloatArray:
-        """Differences of the complete pairs (R, S); `added` widens their variance. NaN for incomplete pairs."""
+        """Differences between the two groups by row and seed, (R, S); NaN for incomplete pairs.
+
+        The differences are spread so that the variance of their mean grows by `added`.
+        """
         return widened(self.level - self.reference, self.added)
 
     def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
@@ -140,7 +143,7 @@ def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
 def _sides(
     values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]
 ) -> tuple[tuple[FloatArray, FloatArray], BoolArray, BoolArray]:
-    """Return the values of both groups, whether each pair lacks a run, and whether it is undefined; each (R, S)."""
+    """Return four arrays (R, S): the values of both groups, which pairs lack a run, and which pairs are undefined."""
     first, second = (values.values[group, :, measure] for group in groups)
     lacking = np.isnan(first), np.isnan(second)
     complete, asked = values.complete[groups], values.asked[groups]

@@ -55,7 +55,10 @@ class Plan:
             yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
 
     def until(self, values: SeedValues, look: IntArray) -> BoolArray:
-        """Return whether each row uses each seed (R, S): the seeds up to the row's look, or all seeds if it is 0."""
+        """Return whether each row uses each seed, (R, S): the seeds up to the row's look.
+
+        A row whose look is 0 has no look and uses all seeds.
+        """
         places = {seed: place for place, seed in enumerate(self.seeds)}
         place = np.array([places.get(seed, len(places)) for seed in values.seeds])
         seeds = np.array([np.inf, *self.looks])[look]
@@ -66,7 +69,7 @@ class Plan:
         return np.append(np.nan, levels(self.looks, np.array([alpha]))[:, 0])
 
     def over_looks(self, p: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return p over the reached looks (R,), and the number of the look that gives it (R,).
+        """Return each row's p value over all looks so far, (R,), and the number of the look that gives it, (R,).
 
         The p of a row is the least error over all looks for which the row is significant at one of the reached looks.
 
@@ -78,7 +81,7 @@ class Plan:
 
 
 def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of these rows, and `p_claim`, which corrections use.
+    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of these rows, and `p_claim`, before corrections.
 
     `p_claim` of a row of the family is corrected over the measures of its pair. For a declared row it is the least
     overall error at which any look so far was significant. `look` of such a row is the look at which a difference was
@@ -126,9 +129,9 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
 def equivalence(
     plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray, widest: FloatArray
 ) -> dict[str, Any]:
-    """Return two columns: `p_equivalence`, and `look_same`, the look at which equality is decided.
+    """Test whether groups are equal within the margin, and return two columns, `p_equivalence` and `look_same`.
 
-    `p_equivalence` is NaN if equality is not tested.
+    `p_equivalence` is the p value, or NaN if equality is not tested. `look_same` is the look that decides.
 
     With a plan, p covers all reached looks. It is 1 if a seed differs by more than `widest`.
 

@@ -1,9 +1,9 @@
 """Computes how small p must be at each of several looks at growing data.
 
-The test statistic of n pairs is treated as a sum of n independent steps of variance 1. The density of the sum is
-computed from look to look (Armitage, McPherson and Rowe 1969). Up to the look at n of N pairs, the share n / N of the
-error may be spent (Lan and DeMets 1983). `benchmarks/calibration.md` shows how well the levels hold for the sign-flip
-and t tests.
+The test statistic of n pairs is treated as a sum of n independent steps of variance 1. The probability density of this
+sum is computed for each look from the look before (Armitage, McPherson and Rowe 1969). All looks together may err with
+probability alpha. The looks until n of N pairs may err with probability alpha n / N (Lan and DeMets 1983).
+`benchmarks/calibration.md` shows how often sign-flip and t tests at these levels err if nothing differs.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,12 @@ _HALVINGS = 60
 
 @dataclass(frozen=True)
 class _Sums:
-    """Distributions of A tests' statistics while no look is significant: points and probabilities, (A, Q) each."""
+    """The distributions of the sums of A tests that no look has found significant so far.
+
+    Attributes:
+        points: possible values of the sum, (A, Q).
+        mass: probability of each value, (A, Q).
+    """
 
     points: FloatArray
     mass: FloatArray
@@ -41,7 +46,7 @@ class _Sums:
         return np.asarray((self.mass * below).sum(axis=1))
 
     def within(self, bound: FloatArray, spread: float) -> "_Sums":
-        """Return the sums after a further step with their probabilities, for sums between -bound and bound (A,)."""
+        """Return the distributions of the sums after one more step, cut to sums between -bound and bound, (A,)."""
         count = max(_FEWEST_NODES, round(_NODES_A_STEP * 2 * float(bound.max()) / spread))
         nodes, weights = np.polynomial.legendre.leggauss(count)
         points = bound[:, None] * nodes

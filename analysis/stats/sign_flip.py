@@ -14,7 +14,7 @@ EXACT_UP_TO = 16
 DRAWS = 9_999
 """Number of random assignments that are used for more pairs."""
 _AT_ONCE = 256
-"""Number of assignments whose statistics are in memory at once."""
+"""Number of assignments of signs whose test statistics are in memory at once."""
 _ROWS_AT_ONCE = 64
 """Number of rows that are computed at once; for each, the means under all assignments are in memory."""
 _TIES = 1e-10
@@ -110,7 +110,7 @@ def _ends(differences: FloatArray, level: float) -> FloatArray:
 
 
 def upper_sign_flip_p(values: FloatArray) -> FloatArray:
-    """Return the one-sided p of each row for a mean above 0 (rows,), exact up to n = 16.
+    """Return for each row the p value of a one-sided test that its mean is above 0, (rows,); exact up to n = 16.
 
     Args:
         values: values (rows, n), n >= 1, that are symmetric around 0 under the null hypothesis.

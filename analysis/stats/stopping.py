@@ -50,9 +50,9 @@ def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: floa
 
 @lru_cache(maxsize=32)
 def error_of(looks: tuple[int, ...], alpha: float) -> float:
-    """Return the probability that t tests at several looks, each at the level alpha, err: nothing differs in truth.
+    """Return the probability that the test at one look or more is significant although nothing differs.
 
-    It is simulated with normal differences.
+    Each look makes a t test at the level alpha. The probability is simulated with normally distributed differences.
 
     Args:
         looks: pairs at each look, ascending (K).

@@ -64,5 +64,8 @@ def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
 
 
 def p_of_row(p_of: Callable[[FloatArray], FloatArray], values: FloatArray) -> float:
-    """Return p of one row of values (n,) by a test for several rows (rows, n); NaN if they are too few for a test."""
+    """Return the p value of one row of values (n,), from a test `p_of` that takes several rows (rows, n).
+
+    NaN if there are too few values for a test.
+    """
     return float(p_of(values[None, :])[0]) if len(values) >= FEWEST_FOR_CLAIMS else np.nan

@@ -21,7 +21,7 @@ NEGATIVE = "estimate below 0, shown as 0"
 _RANK = 1e-9
 """An eigenvalue below this part of the largest one counts as 0."""
 _AT_ONCE = 64
-"""Number of measures that are split at a time, which limits the memory."""
+"""Number of measures whose variance is split into components at once; a small number saves memory."""
 _DIGITS = 9
 """Number of digits of the variance that are written, so that every machine writes the same."""
 
@@ -176,7 +176,10 @@ class _Fit:
         return cls(len(counts) + int(kept.sum()), explained, absorbed, counts, design, inverse)
 
     def explained_of(self, levels: Levels) -> float:
-        """Return trace(Z' P Z); Z indicates a component's level in each cell, and P is the projection of this fit."""
+        """Return trace(Z' P Z) for one component of the variance.
+
+        Z (cells, levels) is 1 where a cell has a level of the component, else 0. P is the projection of this fit.
+        """
         count = int(levels.max()) + 1
         cells = np.bincount(self.absorbed * count + levels, minlength=len(self.counts) * count)
         within = (cells.reshape(len(self.counts), count) ** 2 / self.counts[:, None]).sum()

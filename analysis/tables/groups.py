@@ -15,7 +15,7 @@ PARTS = ("world", "model", "prompt")
 """The named parts of a configuration."""
 
 SCHEMAS = "schemas"
-"""The setting of a model with the schemas of its replies."""
+"""Name of the setting of a model that contains the schemas of its replies."""
 
 NOT_SET = "none"
 """The text for a swept setting that is null, or that a world lacks."""

@@ -63,7 +63,10 @@ def _letters(table: Table) -> int:
 
 
 def split_by(table: Table, column: str) -> list[Table]:
-    """Split a table into one per value of a column, with the value in the caption, if the table has this column."""
+    """Split a table into one table for each value of a column, with this value in the caption.
+
+    A table without the column stays whole.
+    """
     if column not in table.columns:
         return [table]
     at = table.columns.index(column)
@@ -100,7 +103,7 @@ def _without_constants(table: Table) -> Table:
 
 
 def _blocks(table: Table) -> Iterator[Table]:
-    """Yield parts of the table with as many columns as fit, beside the names of the rows that are not empty there."""
+    """Yield tables with as many columns as fit on a page; each leaves out the rows without values in its columns."""
     room, count = max(1, _MOST_COLUMNS - table.labels), len(table.columns)
     for first in range(table.labels, count, room):
         block = of_columns(table, [*range(table.labels), *range(first, min(first + room, count))])

@@ -172,7 +172,7 @@ def _texts(
 
 
 def alike(values: Sequence[float]) -> list[str]:
-    """Return numbers with the same number of decimals, which is such that the largest number shows three digits.
+    """Return numbers as texts with equally many decimals: as many as give the largest number three digits.
 
     A value that would be rounded to 0 keeps its own digits.
     """

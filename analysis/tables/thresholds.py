@@ -16,9 +16,9 @@ from analysis.tables.table import Table
 from analysis.tables.texts import number, told_rows, with_interval
 
 LEVEL = 0.5
-"""Share of runs above which an outcome prevails."""
+"""An outcome prevails at a value of the setting if it occurs in more than this share of the runs."""
 FEWEST_VALUES = 3
-"""Minimum number of values of a setting for a threshold."""
+"""Minimum number of values of a setting that are needed to compute at which value an outcome begins to prevail."""
 
 
 def thresholds(compared: Comparison) -> pd.DataFrame:
@@ -94,7 +94,7 @@ def _is_number(text: str) -> bool:
 def _lines(
     compared: Comparison, setting: str, at: int
 ) -> Iterator[tuple[str, dict[str, str], list[tuple[float, Estimate]]]]:
-    """Yield an outcome, the settings of a group except `setting`, and the estimate at each value of `setting`."""
+    """Yield each outcome for each combination of the other settings, with the estimate at each value of `setting`."""
     names = [name for name in compared.group_columns if name != setting]
     for measure in dict.fromkeys(measure for measure, _ in compared.estimates):
         if not compared.describe(measure).outcome:
@@ -135,7 +135,10 @@ def _row(
 
 
 def passed(values: FloatArray, shares: FloatArray) -> float:
-    """Return the value at which rising shares (k,) exceed LEVEL, by linear interpolation; NaN if there is none."""
+    """Return the value of the setting at which the shares (k,) begin to exceed LEVEL, by linear interpolation.
+
+    The shares must rise with the values. NaN if all shares exceed LEVEL, or none.
+    """
     if shares[0] > LEVEL or shares[-1] <= LEVEL:
         return math.nan
     above = int(np.argmax(shares > LEVEL))

@@ -13,7 +13,7 @@ from foundry.texts import one_line
 
 
 class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The value of a measure for a scripted policy that is known from a formula.
+    """A measure's value for a scripted policy, computed from a formula.
 
     Attributes:
         name: name of the value in tables.
@@ -34,7 +34,7 @@ class ClosedForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class Published(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A published figure of a language model.
+    """A value that a publication gives for a language model.
 
     Attributes:
         certain: `read` if somebody read the value in the source, `known` if nobody checked it there.

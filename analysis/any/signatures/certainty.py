@@ -49,7 +49,7 @@ def applies(run: AnyRun) -> bool:
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the certainty of a run's decisions, by the log-probabilities of the tokens that decide.
+    """Return how certain a model is of its decisions, from the log-probabilities of the tokens of its replies.
 
     A decision has probabilities if one token of the reply decides between the declared labels. p(l) is the probability
     of label l at this token, divided by that of all labels together, at temperature 1 and before filters and grammar.

@@ -118,7 +118,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return, by name, the measures that people's labels correct: one value each, (1,).
+    """Return by name the measures that labels by people correct; each has one value, (1,).
 
     Shares of replies are means of labels. Measures with claims in their denominator have no correction.
     """

@@ -13,7 +13,9 @@ from analysis.measure import Measure, share
 NAME = "recovery"
 
 HORIZON = 10
-"""The restricted mean time to recovery counts at most this number of decisions, so that runs of any length compare."""
+"""Maximum number of decisions of a detour that count in the mean time to recovery, so that long runs and short runs
+can be compared.
+"""
 
 MEASURES = {
     "wrong_rate": share(
@@ -87,7 +89,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def _known_distances(run: CameraRun) -> FloatArray:
-    """Return the known distances to the goal at the start and after the counted decisions, metres, (n,)."""
+    """Return the distance to the goal at the start and after each counted decision, metres, (n,); NaN is left out."""
     if not run.has_target:
         return run.distance[:0]
     kept = run.distance[np.concatenate(([True], run.counted))]
@@ -95,12 +97,20 @@ def _known_distances(run: CameraRun) -> FloatArray:
 
 
 def wrong_steps(distances: FloatArray) -> BoolArray:
-    """Return whether each step leads away from the goal, (n - 1,); `distances` are by state, metres, (n,)."""
+    """Return whether each step leads away from the goal, (n - 1,).
+
+    Args:
+        distances: distance to the goal at the start and after each step, metres, (n,).
+    """
     return np.asarray(np.diff(distances) >= STILL_M)
 
 
 def find_detours(distances: FloatArray) -> list[Detour]:
-    """Return the detours in order; `distances` are the distances to the goal by state, metres, (n,)."""
+    """Return the detours (sequences of steps that begin with a step away from the goal), in order.
+
+    Args:
+        distances: distance to the goal at the start and after each step, metres, (n,).
+    """
     wrong, found, state = wrong_steps(distances), [], 0
     while state < len(wrong):
         if not wrong[state]:

@@ -108,7 +108,7 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 
 
 def _mean_by(key: IntArray, values: FloatArray) -> float:
-    """Return the mean over groups of each group's mean, NaN without values; values with one key are a group."""
+    """Return the mean over all keys of the mean of the values with this key; NaN without values."""
     counts = np.bincount(key)
     kept = counts > 0
     return mean(np.bincount(key, weights=values)[kept] / counts[kept])

@@ -57,9 +57,10 @@ class CascadeTree:
 
 
 def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
-    """Draw each agent at the step in which it learnt of a fire, with lines for first warnings.
+    """Draw a dot for each agent, at the step in which it learnt of a fire.
 
-    A filled dot saw a fire, a hollow dot was told, a cross warned without having learnt of a fire.
+    A line leads from each agent to the agents that heard of a fire from it first. A filled dot is an agent that saw a
+    fire, a hollow dot one that was told of it. A cross is an agent that warned others without having learnt of a fire.
     """
     colour = tree.shown.colour
     place = {agent: -row for row, agent in enumerate(tree.rows)}
@@ -173,7 +174,7 @@ def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
 
 
 def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warned (share)") -> Figure:
-    """Return a figure with a falling line per group; `label` names the share."""
+    """Return a figure with one falling line per group; `label` is the title of the vertical axis."""
     below = sum(curve.label.count("\n") + 1 for curve in curves)
     figure = new_figure(2.2 + 0.15 * below)
     draw_survival(figure.add_subplot(), curves, label)

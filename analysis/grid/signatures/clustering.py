@@ -16,10 +16,10 @@ from analysis.measure import Measure, Null, share
 from foundry import seeding
 
 DRAWS = 999
-"""Number of random placements in a null."""
+"""Number of times that agents are placed at random to compute the null of a measure."""
 
 _PAIRS = 2**20
-"""Maximum number of pairs of agents that are in memory at the same time."""
+"""Maximum number of pairs of agents that are in memory at once."""
 
 _SEED = 1954
 """Seed of every null, so that every machine gets the same results."""

@@ -100,7 +100,7 @@ def _rhythm(spoke: BoolArray) -> dict[str, float]:
 
 
 def burstiness(times: IntArray, *, finite: bool = False) -> float:
-    """Return the burstiness of ascending event times (n + 1,), -1..1; `finite` corrects for their number."""
+    """Return the burstiness of ascending event times (n + 1,), -1..1; `finite` corrects it for small n."""
     gaps = np.diff(times).astype(np.float64)
     spread = float(gaps.std() / gaps.mean())
     if not finite:

@@ -182,7 +182,10 @@ def _same(taken: IntArray) -> float:
 
 
 def _least_crowded(run: GridRun, who: IntArray, taken: IntArray, steps: IntArray) -> FloatArray:
-    """Return 1 for each agent that left by an exit with the smallest crowd halfway through its time, else 0, (n,)."""
+    """Return 1 for each agent that took the least crowded exit, else 0, (n,).
+
+    Crowds are counted halfway between the start and the time at which the agent got out.
+    """
     half = run.world.half_size
     states = steps // 2
     at = np.array([_crowd(run, state) for state in range(int(states.max(initial=0)) + 1)])

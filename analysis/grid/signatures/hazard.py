@@ -257,7 +257,10 @@ def _measures(run: GridRun, exposed: _Exposed, options: _Options) -> dict[str, f
 
 
 def _beyond(run: GridRun) -> dict[str, float]:
-    """Return what agents do more than the null: moved fires if the world draws positions, else the blind agent."""
+    """Return how much more agents move away from fires than expected by chance.
+
+    If the world draws positions, chance is the same run with other positions of the fires, else the blind agent.
+    """
     null, found = (
         ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
     )
@@ -297,7 +300,9 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def _contrast(total: int, away: int, control: float) -> dict[str, float]:
-    """Compare how often steps led away at exposed decisions and at similar decisions before the fire (controls).
+    """Compare how often agents moved away from a fire that they perceived and, at similar decisions, before the fire.
+
+    The decisions before the fire are the controls of the exposed decisions.
 
     Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So the
     logarithms are defined for all counts, and their bias is of second order. The mean of plain ratios would be above 1

@@ -187,20 +187,29 @@ def _drifts(run: GridRun) -> dict[str, float]:
 
 
 def _place_drift(run: GridRun, drift: Callable[[GridRun], float]) -> dict[str, float]:
-    """Return the drift to places beyond that to moved places, or, with fixed positions, the blind agent's."""
+    """Return how much more agents drift towards places than expected by chance.
+
+    If the world draws positions, chance is the drift towards places at other positions, else the blind agent's drift.
+    """
     if run.world.draw_positions:
         return {"drift_place_beyond_moved": float(beyond_moved(run, lambda moved: np.array([drift(moved)]))[0])}
     return {"drift_place_beyond_blind": drift(run)}
 
 
 def _place_changes(run: GridRun) -> FloatArray:
-    """Return the change of the distance to the nearest place: by the actual step, then by each direction, (T, N, 5)."""
+    """Return how much the distance to the nearest place changes, (T, N, 5).
+
+    The last axis has the change in this step, then the changes if the agent went up, down, left or right.
+    """
     before = to_nearest_place(run.world, run.x[:-1], run.y[:-1])
     return np.asarray(to_nearest_place(run.world, *_ends(run)) - before[..., None])
 
 
 def _agent_changes(run: GridRun) -> FloatArray:
-    """Return the change of the distance to the nearest agent: by the actual step, then by each direction, (T, N, 5)."""
+    """Return how much the distance to the nearest agent changes, (T, N, 5).
+
+    The last axis has the change in this step, then the changes if the agent went up, down, left or right.
+    """
     steps, agents = run.choice.shape
     x, y = (
         np.concatenate([at[:-1, :, None], to], axis=2).reshape(steps * agents, -1)

@@ -1,7 +1,7 @@
 """Outcome: the share of a model's replies that were readable.
 
-Read this signature with every other one, because an unreadable reply leaves the agent in place and silent. So
-unreadable replies raise the idle rate, persistence and clustering, and lower exploration and communication.
+Read this signature with every other one. After an unreadable reply, the agent stays in place and is silent. Unreadable
+replies therefore raise the idle rate, persistence and clustering, and lower exploration and communication.
 """
 
 from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares

@@ -66,7 +66,10 @@ COPIED = (
     "informed_fraction", "social_reach", "traced_reach", "normalised_reach", "reproduction", "depth", "trees",
     "virality", "rmst", "false_alarm_rate",
 )  # fmt: skip
-"""Measures that are corrected on copies of a run, in which messages that nobody labelled get random labels."""
+"""Measures that foundry computes on copies of a run and then averages, to correct them by people's labels.
+
+In each copy, every message that nobody labelled gets a random label.
+"""
 
 RELAY_WITHIN = 5
 """An agent relays a warning if it warns others at most this number of steps after it was told."""
@@ -228,7 +231,13 @@ def deliveries_of(run: GridRun, warned: BoolArray) -> IntArray:
 
 
 def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
-    """Return the measures if `warned` are the warnings; `labelled` marks the messages in denominators, (T, N)."""
+    """Return the measures of a run.
+
+    Args:
+        run: the run.
+        warned: whether an agent's message was a warning, (T, N).
+        labelled: whether it has a label; denominators count only messages with a label, (T, N).
+    """
     perceived_at = first_step(run.perceived)
     relays = _relays(run, warned, perceived_at)
     if not (perceived_at < NEVER).any():
@@ -283,7 +292,7 @@ def _reach(
 
 
 def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
-    """Return reached agents / agents that did not perceive a fire before any news reached them."""
+    """Return the agents that news reached, divided by all agents except those that perceived a fire before any news."""
     first_hand = (perceived_at < NEVER) & ~reached
     return ratio(int(reached.sum()), int((~first_hand).sum()))
 

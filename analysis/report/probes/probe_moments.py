@@ -30,7 +30,7 @@ class Looked(Protocol):
         """The edits with their names; answers refer to them by index."""
 
     def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
-        """Return the number of the moment with these properties."""
+        """Return the number of the moment that has this run, step, agent, kind of question and repetition."""
 
     def seen(self, number: int, *, plain: bool = False) -> Any:
         """Return `perceived`, `prompts` and `answers` of a moment; if `plain`, without edits and formats."""
@@ -82,7 +82,7 @@ class Shown:
 
 
 def furthest(looked: Looked, found: Mapping[MomentKey, Apart]) -> list[Shown]:
-    """Return the moments in which the distance between models exceeds the distance by chance most."""
+    """Return the moments in which the models differ most: by the distance between them minus the distance by chance."""
     return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
 
 

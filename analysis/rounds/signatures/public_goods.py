@@ -28,7 +28,7 @@ MEASURES = {
 }
 
 _FEWEST_ROUNDS = 10
-"""Minimum number of rounds for `conditional`. With fewer rounds, chance alone gives a slope."""
+"""Minimum number of rounds for `conditional`: in shorter runs, chance alone often gives a large slope."""
 
 HEADLINE = ("score", "trend", "conditional", "free_riders", "efficiency", "punishing", "antisocial")
 
