@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
     from foundry.composing.planning import PlannedRun
-    from foundry.records import RunSummary
+    from foundry.records import Counts, RunSummary
     from foundry.running.progress import Totals
     from foundry.storing.standing import Failure, Standing
     from foundry.storing.store import SweepFolder
@@ -257,8 +257,8 @@ def status_table(found: Sequence[Standing]) -> Table:
     return table
 
 
-def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
-    """Return a line with the number of complete runs, their folder, their time and their calls.
+def ran_line(summaries: Sequence[RunSummary | None], counts: Sequence[Counts], path: Path) -> str:
+    """Return a line with the number of complete runs, their folder, their time, and the calls of all begun runs.
 
     If the runs were interrupted, the time is left out.
     """
@@ -269,8 +269,8 @@ def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
     span_s = (max(times) - min(times)).total_seconds() if times else 0.0
     if times and span_s <= sum(summary.duration_s for summary in ended):
         parts.append(in_words(span_s))
-    retries = sum(summary.counts.retries for summary in ended)
-    calls = counted(sum(summary.counts.calls for summary in ended), "call")
+    retries = sum(one.retries for one in counts)
+    calls = counted(sum(one.calls for one in counts), "call")
     parts.append(f"{calls} ({retries:,} retried)" if retries else calls)
     return ", ".join(parts)
 

@@ -236,11 +236,12 @@ def _report_end(folder: SweepFolder) -> int:
 def _report_runs(folder: SweepFolder) -> tuple[int, int]:
     """Print how the runs of a sweep ended; return the exit code and the number of printed lines."""
     from foundry.display import failure_lines, ran_line
-    from foundry.storing.standing import failures
+    from foundry.storing.standing import counts_so_far, failures
 
     summaries = [run.summary() for run in folder.runs()]
     failed = failure_lines(failures(summaries))
-    lines = [ran_line(summaries, folder.path), *(f"  failed {line}" for line in failed)]
+    counts = list(counts_so_far(folder, summaries))
+    lines = [ran_line(summaries, counts, folder.path), *(f"  failed {line}" for line in failed)]
     if failed:
         lines.append(f"  try the failed runs again with: {_going_on(folder)}")
     print("\n".join(lines))

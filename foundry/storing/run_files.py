@@ -16,7 +16,7 @@ import zstandard
 
 from foundry.errors import RecordError, StorageError, UndeclaredError
 from foundry.expansion import Run, Sweep, calls_seed
-from foundry.records import NOT_JSON, Call, RunSummary
+from foundry.records import NOT_JSON, Call, Counts, RunSummary
 from foundry.storing.plain import check_entries, check_folder, is_there, plain, stamp_of
 from foundry.storing.sweep_file import declared_before
 
@@ -368,6 +368,14 @@ def read_calls(path: Path) -> Iterator[Call]:
             yield from (decode(line) for line in _whole_lines(reader))
         except NOT_JSON as error:
             raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def count_call(counts: Counts, call: Call) -> None:
+    """Add a call to the counts, with its retries and tokens; an answer of foundry's cache has no retries of its own."""
+    counts.calls += 1
+    counts.cached += call.cached
+    counts.retries += 0 if call.cached else len(call.attempts)
+    counts.add_tokens(call)
 
 
 def calls_bytes(calls: Iterable[Call]) -> bytes:

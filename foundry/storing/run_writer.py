@@ -12,6 +12,7 @@ import zstandard
 
 from foundry.errors import StorageError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
+from foundry.storing.run_files import count_call
 from foundry.storing.store import (
     ALWAYS_THERE,
     IMAGES,
@@ -112,10 +113,7 @@ class RunWriter:
             self._count(call)
 
     def _count(self, call: Call) -> None:
-        self.counts.calls += 1
-        self.counts.cached += call.cached
-        self.counts.retries += 0 if call.cached else len(call.attempts)
-        self.counts.add_tokens(call)
+        count_call(self.counts, call)
         self.counts.model_s = (self.counts.model_s or 0.0) + call.timings.get("latency", 0.0)
 
     def frame(self, step: int, png: bytes) -> None:

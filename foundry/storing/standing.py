@@ -12,6 +12,7 @@ import msgspec
 from foundry.errors import RecordError
 from foundry.records import Call, Counts, Outcome, RunSummary, reused_share
 from foundry.storing.matching import place_of, with_calls
+from foundry.storing.run_files import count_call
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Asked
@@ -34,7 +35,7 @@ _PARTS = ("edit", "format")
 
 
 class Standing(msgspec.Struct, kw_only=True):
-    """The progress of a sweep with one model; workers report the calls of runs that have not ended.
+    """The progress of a sweep with one model, with the calls of runs that have not ended.
 
     Attributes:
         runs: number of runs; each is complete, failed, running or waiting.
@@ -67,18 +68,41 @@ def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> li
     """Return the progress of a sweep for each model; `summaries` contains each run's `run.json`, in order."""
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
-    so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
     rows: dict[str, Counter[str]] = {}
     counted: dict[str, list[Counts]] = {}
-    for run, summary in zip(folder.runs(), summaries, strict=True):
+    for run, summary, counts in zip(folder.runs(), summaries, counts_so_far(folder, summaries), strict=True):
         name = str(run.config()["model"]["name"])
         row = rows.setdefault(name, Counter())
         row["runs"] += 1
         row[summary.status if summary else "running" if run.id in opened else "waiting"] += 1
-        counts = summary.counts if summary else msgspec.convert(so_far.get(run.id, {}), Counts)
         row.update(calls=counts.calls, cached=counts.cached, retries=counts.retries)
         counted.setdefault(name, []).append(counts)
     return [Standing(model=name, **row, prompt_cache=reused_share(counted[name])) for name, row in rows.items()]
+
+
+def counts_so_far(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> Iterator[Counts]:
+    """Yield the counts of each run, in order; `summaries` contains each run's `run.json`.
+
+    If a run has begun but not ended, its worker reports its counts. If it was interrupted, its log of calls is counted.
+    """
+    reported = {run: counts for one in folder.progress().values() for run, counts in one.get("counts", {}).items()}
+    begun = folder.begun()
+    for run, summary in zip(folder.runs(), summaries, strict=True):
+        if summary is not None:
+            yield summary.counts
+        elif run.id in reported:
+            yield msgspec.convert(reported[run.id], Counts)
+        else:
+            yield _logged(run) if run.id in begun else Counts()
+
+
+def _logged(run: RunFolder) -> Counts:
+    """Return the counts of a run's logged calls, up to the first damaged one."""
+    counts = Counts()
+    with contextlib.suppress(RecordError):
+        for call in run.calls():
+            count_call(counts, call)
+    return counts
 
 
 def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:

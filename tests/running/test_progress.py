@@ -1,6 +1,7 @@
 """What a user is told of a sweep while it runs: how far each model is, how fast it goes, how long it will take."""
 
 import io
+import itertools
 import json
 import os
 import pty
@@ -12,18 +13,20 @@ from pathlib import Path
 
 import msgspec
 import pytest
+import zstandard
 from rich.console import Console
 from rich.table import Table
 
 from commands import environment, succeeds, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
-from foundry.display import ProgressDisplay, status_table
+from foundry.display import ProgressDisplay, ran_line, status_table
 from foundry.expansion import Sweep, expand
 from foundry.running.lane import Tally
 from foundry.running.local import SweepJob
 from foundry.running.progress import Pace, Totals
-from foundry.storing.standing import standings
+from foundry.storing.run_files import calls_bytes
+from foundry.storing.standing import counts_so_far, standings
 from foundry.storing.store import SweepFolder, write_atomically
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
@@ -210,6 +213,21 @@ def test_the_status_says_what_share_of_the_prompts_came_from_a_servers_prompt_ca
     assert [str(cell) for cell in table.columns[-1].cells] == ["30%", ""]
     folder.end_progress()
     assert len(table_of(folder).columns) == len(table.columns) - 1
+
+
+def test_the_calls_of_runs_that_were_interrupted_in_their_first_steps_are_counted(workspace: Path):
+    asked = ["-m", "model=scripted/stay", "seed=0-2", "output.dir=out", f"world.agents={AGENTS}", "analyze=false"]
+    assert run([*asked, "world.steps=1"]) == 0
+    folder = SweepFolder.open(workspace / "out")
+    cut, damaged, _ = folder.runs()
+    for interrupted in (cut, damaged):
+        (interrupted.path / "run.json").unlink()
+    three = calls_bytes([*itertools.islice(damaged.calls(), 3)])
+    damaged.stream_path("calls").write_bytes(three + zstandard.compress(b"not a call\n"))
+    summaries, calls = [one.summary() for one in folder.runs()], 2 * 2 * AGENTS + 3
+    (row,) = standings(folder, summaries)
+    assert (row.complete, row.waiting, row.calls) == (1, 2, calls)
+    assert ran_line(summaries, list(counts_so_far(folder, summaries)), Path("out")).endswith(f", {calls} calls")
 
 
 def _calls_of(folder: SweepFolder) -> int:
