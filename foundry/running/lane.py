@@ -47,6 +47,7 @@ from foundry.texts import without_secrets
 
 REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
+WAITING = "waiting: another process is playing the remaining runs of %s; press Ctrl-C to stop waiting"
 MOST_NOTES = 20
 MOST_OPEN = 64
 """Maximum number of runs that a worker plays at once to keep a server busy; each has a few open files."""
@@ -248,9 +249,18 @@ class Lane:
                 settled = {tasks.pop(task): task.result() for task in done}
                 elsewhere.extend(folder for folder, mine in settled.items() if not mine)
             elif elsewhere:
+                self._say_whether_waiting(elsewhere)
                 await asyncio.sleep(RETRY_CLAIM_S)
                 waiting, elsewhere = elsewhere, deque()
             self._exchange()
+
+    def _say_whether_waiting(self, elsewhere: Iterable[RunFolder]) -> None:
+        """Say, once in a session, that this worker waits because other commands are playing the remaining runs."""
+        reports = self.spec.folder.progress(beside=self.spec.name).items()
+        others = (report for name, report in reports if not name.startswith(f"{self.spec.session}-"))
+        opened = {run for report in others for run in report["open"]}
+        if any(run.id in opened for run in elsewhere) and self.spec.folder.told_first(self.spec.session):
+            logging.getLogger("foundry").warning(WAITING, self.spec.folder.path)
 
     def _open_runs(self, least: int) -> int:
         """Return how many runs to play at once: `least`, or more if `least` is above 1 and a server has room."""

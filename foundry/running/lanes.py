@@ -62,9 +62,9 @@ class Lanes:
         return fatal
 
     def _say(self) -> None:
-        for report in self._spec.folder.progress().values():
+        for name, report in self._spec.folder.progress().items():
             for line in report.get("notes", ()):
-                if line not in self._said:
+                if name.startswith(f"{self._spec.session}-") and line not in self._said:
                     self._said.add(line)
                     logging.getLogger("foundry").warning("%s", line)
 

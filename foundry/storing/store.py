@@ -293,6 +293,14 @@ class SweepFolder:
         """Return whether the workers of a session must stop: they were told to, or their command has ended."""
         return self.stop_file(session).exists() or not self._session_file(session).exists()
 
+    def told_first(self, session: str) -> bool:
+        """Return True to the first worker of a session that asks, which then shows a message; False to all others."""
+        try:
+            self.stop_file(session).with_suffix(".told").touch(exist_ok=False)
+        except OSError:  # also if the session has ended
+            return False
+        return True
+
     def _session_file(self, session: str) -> Path:
         return self.path / "progress" / f"{session}.session"
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry, is_dead, is_stopping, kill, sessions, started, succeeds, wait_until
+from foundry.running.lane import WAITING
 from foundry.running.local import STOPPING
 from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice, held_sweep, working
@@ -92,6 +93,25 @@ def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_in_order_and_says_how
         assert (stopped.returncode, other.returncode) == (130, 0), said
         assert "foundry resume sweep" in said[0]
         assert_nothing_lost_or_paid_twice(server, folder, undisturbed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_command_whose_runs_are_all_played_by_another_says_once_that_it_waits_and_how_to_stop(
+    workers: int, tmp_path: Path
+):
+    with held_sweep(0, *INTO, "runner.workers=1", "runner.open_runs=6", cwd=tmp_path) as sweep:
+        wait_until(lambda: all_open(tmp_path / "sweep") == 6, "it plays all runs", sweep.process)
+        again, host = (*INTO, f"runner.workers={workers}"), sweep.server.url
+        with started(*again, cwd=tmp_path, OLLAMA_HOST=host) as second:
+            assert second.stdout is not None
+            said = next((line for line in second.stdout if line.startswith("waiting:")), "")
+            os.killpg(second.pid, signal.SIGINT)
+            rest = second.communicate()[0]
+        assert said == f"{WAITING % 'sweep'}\n", rest
+        assert second.returncode == 130 and "waiting:" not in rest, rest
+        output = sweep.finish()
+    assert sweep.process.returncode == 0 and "waiting:" not in output, output
 
 
 @pytest.mark.slow
