@@ -71,7 +71,7 @@ def pairwise_agreement(counts: IntArray) -> float:
 
 
 def fleiss_kappa(counts: IntArray) -> float:
-    """Return Fleiss' kappa, -1..1; NaN if all choices are the same, or without things.
+    """Return Fleiss' kappa, -1..1; NaN if all choices are the same, or if there are none.
 
     Chance agreement comes from the pooled choices about all things. With equally many choices about each thing, this is
     the measure of Fleiss 1971. Otherwise the agreement is a mean over things with equal weights, and the pool contains

@@ -24,7 +24,7 @@ STAY = 0
 
 
 class Decisions:
-    """Base of the classes of runs: says which decisions are readable and which of them measures count.
+    """Base of the classes of runs: says which decisions are readable, and which decisions measures count.
 
     Attributes:
         outcome: outcome of each call, an index into OUTCOMES.

@@ -113,7 +113,7 @@ def longest_run(flags: BoolArray) -> int:
 
 
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Return the times of events, and the Kaplan-Meier estimate of the survival function S from each of these times on.
+    """Return the times of events, and for each the Kaplan-Meier estimate of the survival function S after this event.
 
     S is 1 before the first event, and constant between events. At the same time, events count before the ends of
     observations. Source: Kaplan and Meier 1958.

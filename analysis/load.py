@@ -21,7 +21,7 @@ from foundry.records import NOT_JSON, Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
-"""The record files that are tables of their own."""
+"""The record files that become tables with the same names."""
 
 _IDENTITY = ("run", "world", "model", "prompt", "seed")
 """The columns that name the run of a row, in every table."""

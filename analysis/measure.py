@@ -53,7 +53,7 @@ class Measure:
     says: str = ""
 
     def of(self, name: str) -> "Measure":
-        """Return the measure of one member of a family: the member's name replaces `*` in the texts."""
+        """Return the measure for one place, action and so on: its name replaces `*` in the title and in sentences."""
         return replace(self, label=self.label.replace("*", name), says=self.says.replace("*", name))
 
     def phrase(self, higher: bool) -> str:

@@ -156,7 +156,10 @@ class Analysis:
         return furthest(self.compared, self.members, self.runs, measures)
 
     def on_new_seeds(self, folders: Sequence[Path], measures: Sequence[str], pairs: int) -> str:
-        """Return the command that declares measures and runs the first sweep again, with new seeds for these pairs."""
+        """Return the command that declares measures and runs the first sweep again, with new seeds.
+
+        There are enough seeds for tests that are corrected for the given number of pairs.
+        """
         sweep = SweepFolder.open(folders[0]).sweep
         asked = [entry.overrides for entry in sweep.history] or [sweep.asked]
         return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)

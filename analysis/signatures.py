@@ -9,9 +9,9 @@ A module defines
   run;
 - `MEASURES`: the title, range and null (if any) of each measure; a `*` stands for the name of a place or another
   configured thing;
-- `HEADLINE`: the measures in its plot and in the short table, in order; names may contain `*`. By default the first
-  headline measure is tested. So no headline measure may differ between policies that do not
-  differ in the signature's subject; `tests/analysis/test_nulls.py` plays such policies;
+- `HEADLINE`: the measures in the signature's plot and in the short table, in order; names may contain `*`. By default
+  the first headline measure is tested. Policies that do not differ in the signature's subject must not differ in any
+  headline measure; `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
 - optionally `applies(run) -> bool`, if the signature has a meaning only in some worlds of the form. It says whether the
   run's world is one of them, by the declarations and settings of the world and never by events in the run;
@@ -137,7 +137,7 @@ class Signature:
         return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
 
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
-        """Return which of the columns are headline measures over all decisions, in the order of the headline."""
+        """Return the columns that are headline measures over all decisions, in the order of `headline`."""
         prefix = f"{self.name}."
         present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
         return [
@@ -272,7 +272,7 @@ def is_readable_only(column: str) -> bool:
 
 
 def is_of_form(column: str, run: type) -> bool:
-    """Return whether the signature of a column has a module for this class of runs, not only one for any form."""
+    """Return whether a column's signature has a module for exactly this class of runs; a module for any form is not."""
     part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 

@@ -1,6 +1,7 @@
 """One recorded run of any form as arrays, from which signatures for all forms are computed.
 
-Shapes: K decisions in recorded order, which is by step; N agents; M deliveries.
+In the shapes of arrays, K is the number of decisions, in recorded order (by step). N is the number of agents, and M the
+number of delivered messages.
 """
 
 import math

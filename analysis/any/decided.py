@@ -29,7 +29,7 @@ class Decided:
 
     @cached_property
     def rank(self) -> IntArray:
-        """Rank of each decision's step among the steps with decisions of this kind, from 0, (n,)."""
+        """For each decision, the number of earlier steps that have decisions of this kind, (n,)."""
         found: IntArray = np.cumsum(np.diff(self.step, prepend=self.step[:1]) > 0, dtype=np.int64)
         return found
 

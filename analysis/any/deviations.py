@@ -111,7 +111,7 @@ def _spread(totals: FloatArray) -> float:
 
 
 ALIKE = "decides like all other agents, with any habits shorter than a third of the run"
-"""The null hypothesis: how an agent behaves that does not differ from the others through a whole run."""
+"""The null hypothesis about an agent: it does not differ from the other agents through a whole run."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ _TEXTS = {"message": "messages", "decision": "replies", "reply": "replies", "mom
 
 
 def names_of(label: Label) -> dict[str, str]:
-    """Return a label's measures by name; each is the share of one choice, which is the value here."""
+    """Return the names of a label's measures, each with the choice whose share it measures."""
     if label.choices == (YES, NO):
         return {"share": YES}
     return {f"share_{choice}": choice for choice in label.choices}

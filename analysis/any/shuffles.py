@@ -35,7 +35,10 @@ def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, num
 
 
 def p_value(values: FloatArray) -> float:
-    """Return the share of the values (R,) that are at least the first value, which belongs to the actual order."""
+    """Return the p value: the share of the values (R,) that are at least as large as the first value.
+
+    The first value is that of the actual order; the other values are those of shuffled orders.
+    """
     slack = 1e-9 * float(np.abs(values).max())
     return float((values >= values[0] - slack).mean())
 

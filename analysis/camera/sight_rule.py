@@ -10,16 +10,16 @@ the target:
 3. If the last cue before the mention is a cue of seeing, the clause is a claim ("I see a hatch and the JAXA logo"). A
    cue of searching or going makes no claim ("looking for", "towards"). A cue of seeing makes no claim if a denial,
    doubt or search stands at most two words before it ("do not yet see", "if I see", "to see").
-4. Sometimes the clause has no cue, at most three words before the mention, and no word behind it. Then the cue of the
+4. Sometimes the clause has no cue, at most three words before the mention, and no word behind it. If so, the cue of the
    clause before decides ("I see a hatch, a rack and the JAXA logo").
 
 A reply claims to see the target if at least one of its clauses does. A question, or a thought between `<think>` tags,
-is never a claim. To know where the target is ("I know where the JAXA logo is") is no claim to see it.
+is never a claim. "I know where the JAXA logo is" claims to know the place of the target, not to see the target.
 
-A mention is the whole name of the target, also in another order ("the logo of JAXA"). The other words of the name may
-be at most 14 characters away from its last words, and synonyms of the last words count. The last word of the name after
-an article ("the logo"), or "the target", is also a mention. If the name ends in a number, as in `picture 3`, this
-number must follow the word and must not have a unit: "picture 3", not "picture 3 m away". The rule looks only for
+A mention is the whole name of the target, also in another order ("the logo of JAXA"). In the name `JAXA logo`, "logo"
+may be replaced by a synonym ("JAXA emblem"), and "JAXA" may be at most 14 characters away from it. The last word of the
+name after an article ("the logo"), or "the target", is also a mention. If the name ends in a number, as in `picture 3`,
+this number must follow the word and must not have a unit: "picture 3", not "picture 3 m away". The rule looks only for
 words, so it can misread a reply.
 """
 

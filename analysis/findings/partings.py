@@ -10,7 +10,7 @@ EVENT = "first_parting"
 
 
 def first_partings(members: Sequence[Member], model: int) -> list[list[Event]]:
-    """Return, for each run, a list with an event at its first difference, or an empty list.
+    """Return for each run a list with one event, the run's first difference from another model's run, or no event.
 
     A run is compared with the first model's run of the same seed and settings. The first model's run has its event at
     the earliest difference from any of these runs. Baselines and unfinished runs have no event.

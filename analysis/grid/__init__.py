@@ -18,7 +18,7 @@ _UNLABELLED, _MESSAGES = f"{_SIGNATURE}.n_unlabelled", f"{_SIGNATURE}.n_messages
 
 
 def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
-    """Return notes on the labels of warnings: who labelled, how well that agrees with people, how many are missing."""
+    """Return notes on the labels of messages as warnings: the labeller, its agreement with people, missing labels."""
     if _UNLABELLED not in runs:
         return []
     missing, said = (int(runs[name].sum()) for name in (_UNLABELLED, _MESSAGES))

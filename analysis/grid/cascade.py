@@ -1,7 +1,7 @@
 """The spread of news of a fire: which agent first warned which other, and which agents the news could have reached.
 
-In each step, agents first perceive, then speak, then hear the messages of this step. So an agent can pass on a message
-of step t at step t + 1 or later.
+In each step, agents first perceive, then speak, then hear the messages of this step. An agent can therefore pass on a
+message of step t at step t + 1 or later.
 """
 
 from dataclasses import dataclass
@@ -143,7 +143,10 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Relays:
-    """For S labellings, how many told agents could pass a warning on, and how many of these agents did, (S,) each."""
+    """How many agents that were told of a fire could pass the warning on, and how many of these agents did.
+
+    Both arrays have one number for each of S ways of labelling the same messages, (S,).
+    """
 
     could: IntArray
     did: IntArray

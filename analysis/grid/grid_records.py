@@ -22,7 +22,7 @@ from foundry.storing.store import RunFolder
 
 
 class FurnishedLine(GridStep, frozen=True, kw_only=True):
-    """A line of `steps.jsonl` if agents come and go in the world; a key that the line lacks has its default."""
+    """A line of `steps.jsonl` from a world in which agents come and go; a key that is missing has its default value."""
 
     left: str | None = None
     lost: str | None = None

@@ -79,7 +79,7 @@ class Energy(msgspec.Struct, frozen=True):
 
 
 class Order(msgspec.Struct, frozen=True):
-    """An order to all agents to enter a rectangle (two opposite corners), which holds from step `start` on."""
+    """From step `start`, all agents are ordered to enter a rectangle, given by two opposite corners."""
 
     target: tuple[tuple[int, int], tuple[int, int]]
     start: int = 1

@@ -46,7 +46,7 @@ def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -
 
 
 def draw_state(ax: Axes, shown: Shown, run: GridRun, step: int) -> Axes:
-    """Draw the agents with their ids after a step, and each agent's last move; `×3` marks a cell with three."""
+    """Draw the agents with their ids after a step, and each agent's last move; `×3` marks a cell with three agents."""
     burning = tuple(fire for fire in run.world.fires if fire.start <= step)
     draw_world(ax, replace(run.world, fires=burning), style.PLACE)
     here = run.there[max(step - 1, 0)]

@@ -108,7 +108,10 @@ class Correction:
         return found
 
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
-        """Return the rate of the first choice for a text, (COPIES,); from the prior if its stratum has no labels."""
+        """Return the probability that a text gets the label's first choice, one per copy of the run, (COPIES,).
+
+        If people labelled no text of its cell, the probability is drawn from the prior.
+        """
         cell = (*self.strata_of_run[run], stratum_of(self.label, text, context), aware)
         return self.rates[cell] if cell in self.rates else _rates(cell, self.label, {}, {})
 

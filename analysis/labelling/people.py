@@ -1,4 +1,4 @@
-"""Computes how well the people, models and rules agree that labelled texts of a sweep."""
+"""Computes how well labellers agree: the people, models and rules that labelled texts of a sweep."""
 
 import itertools
 import math
@@ -150,7 +150,7 @@ def clustered_kappa(first: IntArray, second: IntArray, cluster: IntArray) -> Kap
 
 
 def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Kappa:
-    """Return a statistic of n texts with a 95 % interval, for which clusters of texts (seeds) are the units.
+    """Return a statistic of n texts with a 95 % interval; the units are clusters of texts (the texts of one seed).
 
     The interval is a delete-one-cluster jackknife with Student's quantile (Tukey 1958), cut to -1..1. Choices within a
     cluster are dependent, so clusters are the units.

@@ -94,7 +94,7 @@ def _usual_errors(label: Label) -> dict[str, float]:
 
 
 def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
-    """Return the rule's error rate, for each stratum of which people labelled at least FEWEST texts."""
+    """Return the rule's error rate for each stratum with at least FEWEST texts that people labelled."""
     labels = Labels.of(sweep, label)
     if labels is None:
         return {}

@@ -52,7 +52,7 @@ HAZARD = (
     "|death trap|deathtrap"
 )
 HAZARD_JAPANESE = "危険|危ない|非常事態|緊急事態|緊急です|命に関わ|安全では(?:ない|ありません)|熱すぎ|ダメージ|致命"
-"""Words for danger. They count as a mention of a fire only beside a position or a call to get away."""
+"""Words for danger. These words count as a mention of a fire only beside a position or a call to get away."""
 
 ESCAPE = (
     "run(?! (?:into|out of|by|for the bus|a|the|low))|flee|fleeing|get (?:out|away|back)"

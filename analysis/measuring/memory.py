@@ -1,6 +1,6 @@
 """Caches measures, so that a second analysis measures only new or changed runs.
 
-The cache is a SQLite file in the analysis folder. You can delete it at any time.
+The cache is a SQLite file in the analysis folder. You can delete this file at any time.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from foundry.own_code import own_folders, own_modules
 from foundry.storing.store import RunFolder
 
 _KEPT_EVERY = 64
-"""Number of runs between two commits, because a commit waits for the disk."""
+"""Number of runs after which their results are committed to the database together, since each commit is slow."""
 _PATIENCE_S = 0.3
 """Seconds to wait for another process; measuring a run takes less time."""
 _NOWHERE = ":memory:"
@@ -108,7 +108,10 @@ class Memory:
 
     @contextmanager
     def _giving_up(self) -> Iterator[None]:
-        """Use the file of the cache; never again after a failure, since each try would wait for another process."""
+        """Run code that uses the file of the cache; after a failure, the file is not used again.
+
+        Otherwise each further try would wait for another process that uses the file.
+        """
         try:
             yield
         except sqlite3.Error:

@@ -64,7 +64,7 @@ def _shared(names: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, int]]:
 
 
 PARALLEL_FROM = 65
-"""Number of runs from which several processes are faster than one, although starting them takes time."""
+"""With at least this number of runs, several processes are faster than one, although starting them takes time."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Questions:
     actions: tuple[tuple[str, Actions], ...]
 
     def are_like(self, other: Questions) -> bool:
-        """Return whether all measures are comparable, because the world or the possible decisions are the same."""
+        """Return whether all measures are comparable: the world or the possible decisions must be the same."""
         return self.world == other.world or self.actions == other.actions
 
 

@@ -59,7 +59,7 @@ class Told:
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
-    """Return the last lines of an analysis: at most MOST_LINES, minus the `printed` lines that already stand above."""
+    """Return the last lines of an analysis; with the `printed` lines above them, they are at most MOST_LINES lines."""
     width = min(width, WIDEST)
     study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
     look_at = _look_at(told.folders, told.tables)

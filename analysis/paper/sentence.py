@@ -68,7 +68,7 @@ class Sides:
         forms: Mapping[Group, FormAnalysis],
         readings: Mapping[str, Reading] | None = None,
     ) -> "Sides":
-        """Take the facts from the contrasts, the compared groups and their forms."""
+        """Collect the facts from the table of contrasts, the compared groups, and the groups' forms."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
         factors = find_factors(columns, own)
@@ -94,7 +94,7 @@ class Sides:
         return self.readings.get(str(row["measure"]), Reading("", ""))
 
     def twin(self, row: Row) -> Row | None:
-        """Return the row that makes the same comparison over readable decisions only, or None."""
+        """Return the row with the same comparison over readable decisions only; None if no such row exists."""
         return self.twins.get(_key(row, str(row["measure"])))
 
 
@@ -181,7 +181,7 @@ def _both(row: Row) -> str:
 
 
 def named(row: Row, level: str) -> str:
-    """Return a level as sentences name it: a model by its name, another level as `factor=level`."""
+    """Return the name of a level in sentences: a model's name, or `factor=level` for other factors."""
     return level if row["factor"] == MODEL else f"{row['factor']}={level}"
 
 

@@ -23,7 +23,7 @@ _ON_LINE: Any = {
     "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8},
 }
 LIMIT = 2.5
-"""Absolute standardised value at the ends of the colour scale."""
+"""The colour scale shows standardised values from -LIMIT to LIMIT."""
 
 
 @dataclass(frozen=True)

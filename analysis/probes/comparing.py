@@ -20,7 +20,7 @@ from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
 
 ALL = "all"
-"""The value of the column `kind` for all kinds of question together; p is corrected over these rows only."""
+"""The value of the column `kind` in rows over all kinds of question; only the p values of these rows are corrected."""
 STANDS_OUT = 0.05
 """Level of the test in a single moment."""
 EXCESS_LEVEL = 1 - 2 * ALPHA
@@ -74,7 +74,7 @@ class Compared:
 
 
 def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Compare the choices of each pair of subjects in unedited moments; return the pairs' names and comparisons."""
+    """Compare each pair of models with prompts in the moments without edits; return the names and the comparison."""
     return [
         (
             {"first": answers.names[first], "second": answers.names[second]},

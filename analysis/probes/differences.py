@@ -62,7 +62,7 @@ def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planne
 
 
 def sides_of(frames: Mapping[str, pd.DataFrame]) -> Sides:
-    """Return the facts that sentences need: words for each distance, and shares of unreadable answers."""
+    """Return facts for sentences about differences: words for each distance, and shares of unreadable answers."""
     rows = [row for name in ("agreement", "edits", "formats") for row in _records(frames[name])]
     words = {named(row)["measure"]: Measure("distance beyond chance", -1.0, 1.0, says=_says(row)) for row in rows}
     shares = unread_shares(frames["moments"])

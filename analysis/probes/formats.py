@@ -148,7 +148,10 @@ def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
 
 
 def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
-    """Redistribute answers among formats at random; return the mean share of a choice, (draws, seeds, formats)."""
+    """Deal the answers of each moment to the formats at random, again and again.
+
+    Return the mean share of a choice for each draw, seed and format, (draws, seeds, formats).
+    """
     shares = _dealt(counts, found.asked, rng) / found.asked[:, None]
     return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 

@@ -84,7 +84,10 @@ class Family:
         return is_of_model and (edit is None or not self.edits or edit in self.edits)
 
     def rows(self, frame: pd.DataFrame) -> BoolArray:
-        """Return whether each row of a table is declared, (rows,). A distance must cover all kinds of question."""
+        """Return whether each row of a table is declared, (rows,).
+
+        A row with a distance is declared only if the distance is over all kinds of question.
+        """
         declared = np.array([self.holds(row) for row in frame.to_dict("records")], dtype=np.bool_)
         return declared & (frame["kind"] == ALL).to_numpy() if "distance" in frame else declared
 

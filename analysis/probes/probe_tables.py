@@ -216,10 +216,10 @@ def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
 
 
 class _Elsewhere:
-    """Gives `findings.json` no example moments, because the tables of a probe list them all."""
+    """Puts no example moments into `findings.json`, because the tables of a probe list all moments."""
 
     def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[()], str]:
-        """Return no moments, and the file that lists them."""
+        """Return an empty tuple, and a sentence that names the file with all moments."""
         return (), "moments.csv has each model's choices in every moment"
 
 

@@ -38,7 +38,7 @@ _TOKEN = re.compile(r"\s+|\w+|[^\w\s]")
 
 @dataclass(frozen=True)
 class Mark:
-    """The name of a group with its look: its marker as an SVG path, and its CSS colour."""
+    """The name of a group, its marker as an SVG path, and its CSS colour."""
 
     name: str
     path: str
@@ -47,7 +47,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class StripRow:
-    """A row of a strip: the values of one group, with positions in units of the drawing."""
+    """The values of one group in the small plot of a card, with positions in units of the drawing."""
 
     mark: Mark
     dots: tuple[float, ...]
@@ -183,7 +183,13 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
 def strip_rows(
     marks: Sequence[Mark], values: Sequence[Sequence[float]], means: Sequence[tuple[float, float, float]]
 ) -> list[StripRow]:
-    """Return a strip's rows, given for each group its marker, its value per seed, and its mean with interval ends."""
+    """Return the rows of the small plot of a card, one row per group.
+
+    Args:
+        marks: name, marker and colour of each group.
+        values: each group's values, one per seed.
+        means: each group's mean, and both ends of its interval.
+    """
     every = [
         *(value for own in values for value in own),
         *(end for own in means for end in own if not math.isnan(end)),

@@ -53,7 +53,10 @@ class RoundsFigures:
         return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn, data=panels)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
-        """Return each label that gets a panel, with the panel's title; the idle label only if there is no other."""
+        """Return each label that gets a panel, with the panel's title.
+
+        The label for doing nothing gets a panel only if no other label exists.
+        """
         known = self._actions[kind]
         if not known.labels:
             return [("", f"{kind} (mean)")]

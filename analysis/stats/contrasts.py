@@ -137,7 +137,7 @@ def _count(paired: Paired) -> IntArray:
 
 
 def _later(seen: Paired, paired: Paired) -> list[str]:
-    """Return each row's difference over all seeds in words; "" if the row was tested with all its seeds."""
+    """Return the difference over all seeds in words, for each row whose test used only some seeds; "" for others."""
     texts = np.full(len(paired.pair), "", dtype=object)
     rows = np.flatnonzero(_count(seen) < _count(paired))
     whole = paired.of_rows(rows).estimates()

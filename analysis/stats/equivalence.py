@@ -47,7 +47,9 @@ def fewest_for_same(margin: float, widest: float) -> float:
 
 
 def most_beyond(within: int, n: int) -> float:
-    """Return an upper bound for the share of seeds that differ by more than the margin, if `within` of n do not.
+    """Return an upper bound for the share of all seeds that differ by more than the margin.
+
+    In a sample of n seeds, `within` seeds did not differ by more.
 
     It is the upper end of a one-sided 95 % interval (Clopper and Pearson 1934).
     """

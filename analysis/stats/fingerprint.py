@@ -29,7 +29,7 @@ _DRAWS_AT_ONCE = 128
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """A comparison of L groups by K measures together.
+    """A comparison of L groups that uses K measures at the same time.
 
     Attributes:
         seeds: the seeds for which every group has a complete run; other seeds are not used.
@@ -215,7 +215,9 @@ def swap_p(first: FloatArray, second: FloatArray) -> float:
 
 
 def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
-    """Return how swaps change the distances between m pairs and the first `count` pairs, (m, count).
+    """Return how much the distance between two pairs of points changes if one pair is swapped, (m, count).
+
+    The m pairs are compared with the first `count` pairs.
 
     The whole matrix is symmetric, so each pair beyond the first `count` counts twice.
     """

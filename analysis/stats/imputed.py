@@ -30,7 +30,7 @@ def variance_of_copies(differences: FloatArray) -> float:
 
 
 def widened(differences: FloatArray, added: FloatArray) -> FloatArray:
-    """Spread differences (R, S) around their mean, so that each row's mean has a variance larger by `added` (R,).
+    """Spread differences (R, S) around the mean of their row, so that the variance of this mean grows by `added` (R,).
 
     Then every test and interval over seeds includes the uncertainty of the copies.
     """

@@ -40,12 +40,12 @@ _STUDENT_95 = (
 )  # fmt: skip
 """Two-sided quantiles of Student's t at LEVEL, for 1, 2, ... degrees of freedom.
 
-They are listed because `scipy.special` takes long to import.
+The quantiles are listed here because importing `scipy.special` to compute them takes long.
 """
 _NORMAL_95 = 1.959963984540054
 """The two-sided quantile of the normal distribution at LEVEL."""
 _ROUNDING = 1e-12
-"""Values that differ by less than this part of the largest value count as equal."""
+"""Values count as equal if they differ by less than _ROUNDING times the largest value."""
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ def _fill(
     beside_sign_flips: bool,
     level: float,
 ) -> None:
-    """Fill in spread, interval and note of the given rows (k,), which have n > 1 values each (k, n)."""
+    """Compute standard deviation, interval and note of the given rows (k,), from n > 1 values per row, (k, n)."""
     n = kept.shape[1]
     few = FEW if n < FEWEST_FOR_CLAIMS else ""
     vary = varies(kept)
@@ -263,7 +263,10 @@ def _fill(
 def _use_bootstrap(
     found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray, level: float
 ) -> None:
-    """Widen the intervals of skewed rows to the bootstrap-t, which alone is too narrow if many values are equal."""
+    """Widen the intervals of skewed rows: a row gets the outer ends of Student's interval and of the bootstrap-t.
+
+    The bootstrap-t alone is too narrow if many values are equal.
+    """
     able = np.flatnonzero(vary)
     skewed = np.concatenate([part[np.abs(skewness(kept[part])) > SKEWED] for part in _parts(able)] or [able])
     ends = [np.array(bootstrap_t(kept[part], level)) for part in _parts(skewed)]

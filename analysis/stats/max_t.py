@@ -43,7 +43,10 @@ def scaled(differences: FloatArray) -> FloatArray:
 
 
 def signs_of_simulations(n: int, level: float, rng: np.random.Generator) -> FloatArray:
-    """Return the signs (draws, n) for simulated tests of n seeds: all signs, or enough for p at the given level."""
+    """Return assignments of signs (draws, n) for simulated tests of n seeds.
+
+    For few seeds these are all assignments, for more seeds enough random ones to find p values below the given level.
+    """
     if n <= _ALL_SIGNS_UP_TO:
         return assignments(n).astype(np.float64)
     return np.asarray(1.0 - 2 * rng.integers(0, 2, size=(max(_LEAST_DRAWS, round(4 / level)), n)))

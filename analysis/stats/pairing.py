@@ -78,7 +78,7 @@ class Paired:
 
 
 def pair_up(values: SeedValues) -> Iterator[Paired]:
-    """Yield a row for every measure and every pair of groups that have it, in blocks of rows that fit into memory.
+    """Yield a row for every measure and every pair of groups with this measure, in blocks that fit into memory.
 
     Worlds that ask different questions are compared only by measures of their own form, since other measures count all
     questions together. All rows of a pair are in the same block. At least one block is yielded, perhaps without rows.

@@ -85,9 +85,9 @@ def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> Float
 
 
 def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
-    """Return p of each row over all looks so far (R,).
+    """Return the p value of each row over all looks so far, (R,).
 
-    It is the least error over all looks at which the test would be significant at one of these looks, or 1.
+    The p value is the least error over all looks at which the test would be significant at one of these looks, or 1.
 
     These p values are valid whenever you stop, so they can be corrected for several tests (Liu and Anderson 2008).
 

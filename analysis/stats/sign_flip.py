@@ -16,9 +16,9 @@ DRAWS = 9_999
 _AT_ONCE = 256
 """Number of assignments of signs whose test statistics are in memory at once."""
 _ROWS_AT_ONCE = 64
-"""Number of rows that are computed at once; for each, the means under all assignments are in memory."""
+"""Number of rows that are computed at once; for each row, one mean per assignment of signs is in memory."""
 _TIES = 1e-10
-"""Two sums count as equal if they differ by less than this part of the sum of absolute differences."""
+"""Two sums of differences count as equal if they differ by less than _TIES times the sum of absolute differences."""
 
 
 @lru_cache(maxsize=8)

@@ -30,7 +30,7 @@ Levels: TypeAlias = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class _Cells:
-    """The K measures that are defined in the same N cells; a cell is a pair of group and seed.
+    """The K measures that are defined in the same N cells; a cell is one group with one seed.
 
     Attributes:
         measures: indices of the measures (K,).

@@ -12,13 +12,13 @@ from itertools import pairwise
 from analysis.tables.table import Table
 
 _FITS = 54
-"""Number of letters of a row that certainly fit a line of `article` in 10 pt."""
+"""A row of at most this number of letters fits a line of the LaTeX class `article` in 10 pt."""
 _BETWEEN = 2
 """Width of the space between two columns, letters."""
 _MOST_COLUMNS = 6
 """Maximum number of columns of wrapped texts side by side."""
 _LONGEST_PIECE = 9
-"""Number of letters after which a text may be broken if there is no better place."""
+"""A text without a good place for a line break may be broken after this number of letters."""
 _MOST_ON_A_PAGE = 40
 """Maximum number of rows of a table on one page."""
 _BREAKING = "/_=:@+,.-"

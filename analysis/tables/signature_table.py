@@ -17,7 +17,7 @@ KEYS = ("run", "world", "model", "prompt", "seed", "status")
 """The first columns of the table of signatures."""
 
 ANY_PROMPT = "any"
-"""The name of a baseline's prompt if prompts are swept: scripted policies read none, so any prompt fits."""
+"""If prompts are swept, tables show this name as a baseline's prompt, because scripted policies read no prompt."""
 
 
 @dataclass(frozen=True)

@@ -203,7 +203,7 @@ def rounded(values: Sequence[float]) -> list[str]:
 def told_by_measure(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> list[dict[Any, Any]]:
-    """Return rows as `told_rows` does; the rows of one measure have equal decimals, other rows may differ."""
+    """Return the rows of a frame with numbers as texts; numbers of one measure have equally many decimals."""
     frame = frame.reset_index(drop=True)
     numbered = frame[["measure", *numbers, *(name for own, ends in intervals.items() for name in (own, *ends))]]
     texts = [

@@ -29,7 +29,7 @@ _ALIKE = 0.6
 """Minimum similarity of two names that count as the same, 0..1."""
 _SIZE = re.compile(r"(?<![a-z0-9.])(?:\d+x)?\d+(?:\.\d+)?[bm](?![a-z0-9])")
 _MOST_TOLD = 3
-"""Up to this number of changed settings, they are listed; if there are more, only their number is given."""
+"""At most this number of changed settings are listed; if more have changed, only their number is given."""
 _LONGEST = 30
 """Maximum number of characters of a setting; of a longer one, only the first and the last are shown."""
 _LEFT_OUT = frozenset(("_target_", "name"))

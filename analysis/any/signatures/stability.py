@@ -52,7 +52,9 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolArray) -> float:
-    """Return how many pairs would be equal on average if each agent's actions of a kind came in random order.
+    """Return how many pairs of successive actions would be equal by chance.
+
+    By chance means: on average over random orders of each agent's actions of one kind.
 
     Args:
         asked: number of the agent and kind of each decision, (K,).

@@ -58,7 +58,12 @@ def measure(run: CameraRun) -> dict[str, float]:
 
 
 def walked(path: FloatArray, ends: FloatArray) -> int:
-    """Return how many ends of legs, (k, 2), a path of straight pieces, (n, 2), came near to in their order."""
+    """Return how many legs of a route were walked: the path came near the end of each of them, in order.
+
+    Args:
+        path: corners of the walked path, (n, 2).
+        ends: ends of the legs, in order, (k, 2).
+    """
     for found, end in enumerate(ends):
         nearest = _nearest(path, end)
         near = np.flatnonzero(np.hypot(*(end - nearest).T) <= REACHED_M)

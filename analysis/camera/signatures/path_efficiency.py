@@ -84,7 +84,7 @@ MEASURES = {
 HEADLINE = ("success", "spl", "soft_spl", "distance_to_goal")
 
 SPACING_M = 0.25
-"""Spacing of the points in comparisons of paths, metres: a step in the benchmarks that use nDTW."""
+"""Spacing of the points in comparisons of paths, metres; benchmarks that use nDTW have steps of this length."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:

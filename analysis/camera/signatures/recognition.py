@@ -166,7 +166,12 @@ def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
 
 
 def _means(claimed: FloatArray, visible: BoolArray) -> dict[str, float]:
-    """Return the measures that are means of claims (n,): 0 or 1 per reply, or any number after a correction."""
+    """Return the measures that are means over replies of whether a reply claims to see the target.
+
+    Args:
+        claimed: 1 for a claim, else 0, (n,); after a correction by people's labels, any number.
+        visible: whether the image shows the target, (n,).
+    """
     true, claims, present = float(claimed[visible].sum()), float(claimed.sum()), int(visible.sum())
     absent = len(claimed) - present
     return {

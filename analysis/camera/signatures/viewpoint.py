@@ -42,7 +42,10 @@ SAME_PLACE_M = 0.05
 """Maximum distance between two positions of the foot that count as one place, metres."""
 
 SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
-"""Two views up to SAME_VIEW_DEG apart count as equal, and from OTHER_VIEW_DEG on as different, degrees."""
+"""Two views count as equal if their angle is at most SAME_VIEW_DEG, and as different if it is at least OTHER_VIEW_DEG.
+
+Both limits are in degrees.
+"""
 
 
 def measure(run: CameraRun) -> dict[str, float]:

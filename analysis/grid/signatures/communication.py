@@ -31,7 +31,7 @@ MEASURES = {
 HEADLINE = ("delivered", "conditional_rate", "length", "variety")
 
 _FEWEST_MESSAGES = 3
-"""Minimum number of an agent's messages for burstiness: they make two intervals, and one interval has no spread."""
+"""Minimum number of an agent's messages for burstiness: three messages have two intervals, so intervals can differ."""
 
 
 def measure(run: GridRun) -> dict[str, float]:

@@ -152,7 +152,7 @@ class _Exposed:
 
 @dataclass(frozen=True)
 class _Options:
-    """The four moves up, down, left and right that each of E exposed decisions could choose, (E, 4) each.
+    """The results of the moves up, down, left and right at each of E decisions of agents that perceive a fire, (E, 4).
 
     Attributes:
         x: column after the move.
@@ -286,7 +286,10 @@ def _exposed(run: GridRun) -> _Exposed:
 
 
 def _near_perceived(run: GridRun, seen: BoolArray, x: IntArray, y: IntArray) -> FloatArray:
-    """Return the distance from each cell to the nearest fire that is `seen`, (E, F); same shape as x and y."""
+    """Return the distance from each cell (x, y) to the nearest fire that the agent perceived, in the shape of x and y.
+
+    `seen`, (E, F), says which fires each agent perceived.
+    """
     masks = seen if x.ndim == 1 else seen[:, None]
     return np.asarray(np.where(masks, to_fires(run.world, x, y), np.inf).min(axis=-1, initial=np.inf))
 

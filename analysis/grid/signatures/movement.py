@@ -159,7 +159,7 @@ def _alignment(counts: IntArray) -> float:
 
 
 def _sum(counts: IntArray) -> list[int]:
-    """Return how far all moves lead to the right and up in sum; `counts` are the moves up, down, left, right (4,)."""
+    """Return how far all moves together lead to the right and up, from the numbers of moves up, down, left, right."""
     sums: list[int] = (counts[:, None] * HEADINGS[STAY + 1 :]).sum(axis=0).tolist()
     return sums
 

@@ -140,7 +140,9 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
-    """Return, by name, the measures that people's labels correct: one value, (1,), or one per copy, (COPIES,).
+    """Return by name the measures that labels by people correct.
+
+    A measure has one value, (1,), or one value per copy of the run, (COPIES,).
 
     The share of warnings is a mean of labels and is corrected directly. Measures of chains and false alarms are
     computed on copies of the run, in which messages that nobody labelled get random labels. Relaying has no correction:

@@ -1,4 +1,4 @@
-"""Returns: the sum of an agent's rewards in an episode."""
+"""Returns: the return of an agent is the sum of its rewards in an episode."""
 
 import numpy as np
 
