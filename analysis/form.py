@@ -191,7 +191,7 @@ class FormAnalysis:
 
 
 def form_of(name: str) -> FormAnalysis:
-    """Return the analysis of a form: foundry's, else the user's own, else the analysis `any`.
+    """Return the analysis of a form: the shipped one; if there is none, the user's own; without both, `any`.
 
     Raises:
         InputError: the user's own analysis cannot be used, or has the name of a shipped one.

@@ -151,7 +151,7 @@ class Analysis:
 
     @property
     def furthest(self) -> tuple[FarRun, ...]:
-        """The runs whose declared measures are furthest from their group; doubted measures do not count."""
+        """The runs whose declared measures are furthest from their group; measures with doubts do not count."""
         measures = [name for name in self.declared if name.partition(".")[0] not in self.doubts]
         return furthest(self.compared, self.members, self.runs, measures)
 

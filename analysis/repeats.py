@@ -1,4 +1,4 @@
-"""Measures of how an agent's action depends on its last one, shared by the forms."""
+"""Measures of how an agent's action depends on its previous action, for the signatures of several forms."""
 
 import math
 

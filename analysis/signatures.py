@@ -74,7 +74,7 @@ class Signature:
 
     @property
     def is_label(self) -> bool:
-        """True if its measures are the shares of a label's choices."""
+        """True if the signature's measures are the shares of a label's choices."""
         return any(part.about for part in self.parts)
 
     @property

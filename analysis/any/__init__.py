@@ -1,4 +1,7 @@
-"""Analyses runs of any form by the keys that all forms share. Each form's own folder analyses its other keys."""
+"""Analyses runs of any form by the keys that all forms share.
+
+Keys that only one form has are analysed by the code in the folder of this form, such as `analysis/grid`.
+"""
 
 from analysis.any.any_records import read_records, schema
 from analysis.any.any_run import AnyRun

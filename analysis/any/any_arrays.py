@@ -84,7 +84,7 @@ def _kind_of(declared: Declared, kind: str | None, file: Path) -> str:
 
 
 def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[Action], file: Path) -> None:
-    """Raise an error for an action that the world does not declare; if it declares none, any is allowed."""
+    """Raise an error for an action that the world does not declare; a world without declared actions allows any."""
     if not declared.actions:
         return
     lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))

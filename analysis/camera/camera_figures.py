@@ -19,7 +19,7 @@ from analysis.plots.labels import wrapped
 from foundry.palette import COLOURS
 
 _HOLLOW: Any = {"linestyle": "", "markeredgecolor": "black", "markerfacecolor": "none", "zorder": 6}
-"""How hollow marks are drawn, which do not hide the end of a path below them."""
+"""The style of marks without a filling, which do not hide the end of a path below them."""
 
 
 @dataclass(frozen=True)

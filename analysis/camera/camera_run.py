@@ -14,7 +14,10 @@ from analysis.arrays import STAY, BoolArray, Decisions, FloatArray, IntArray, Te
 from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
-"""Smallest motion, or change of a distance, that counts, metres. Smaller ones are rounding, or slack at an obstacle."""
+"""Smallest motion, or change of a distance, that counts, metres.
+
+A smaller motion comes from rounding, or from the slack of the physics at an obstacle.
+"""
 
 GAZE_LIMIT = "gaze limit"
 """Value of `boundary` if the gaze turned as far up or down as it can; measures do not count this as an obstacle."""

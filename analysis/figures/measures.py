@@ -33,7 +33,7 @@ def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | No
 
 
 def agreed(values: pd.Series[float]) -> float:
-    """Return the value if all rows have the same one, else NaN; NaN also without rows."""
+    """Return the value that all rows have; NaN if the rows have different values, or if there are no rows."""
     return float(values.iloc[0]) if values.nunique(dropna=False) == 1 else math.nan
 
 
@@ -86,7 +86,7 @@ def fingerprint_map(found: Fingerprint) -> FingerprintMap:
 
 
 def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[Merge]]:
-    """Return the order of a dendrogram's leaves, and the dendrogram's merges, whose positions refer to this order.
+    """Return the order of the leaves of a dendrogram, and its merges; positions in the merges refer to this order.
 
     Args:
         linkage: the merges (count - 1, 4), as in `analysis.stats.fingerprint.Fingerprint`, or None.

@@ -118,7 +118,7 @@ def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: st
 
 
 class _Lines:
-    """The decisions of a run by question, read lazily."""
+    """The decisions of a run by question; each line is read when it is first needed."""
 
     def __init__(self, run: RunFolder) -> None:
         self._path = run.path

@@ -1,4 +1,4 @@
-"""Builds a table of all groups: one row per group, one column per world. With only one world, a column is a measure."""
+"""Builds a table of all groups: one row per group, one column per world; for a single world, one column per measure."""
 
 from __future__ import annotations
 

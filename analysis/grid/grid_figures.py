@@ -202,7 +202,10 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
 
 
 def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[int]:
-    """Sort agents: each comes after the agent that warned it; of agents with one warner, the first told is first."""
+    """Sort agents so that each comes after the agent that warned it.
+
+    Agents that the same agent warned are sorted by the step at which they were told.
+    """
     below: dict[int, list[int]] = {}
     for agent in sorted(known, key=lambda one: (int(since[one]), one)):
         below.setdefault(int(parent[agent]), []).append(agent)

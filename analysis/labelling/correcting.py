@@ -117,7 +117,7 @@ class Correction:
 
 
 def _rates(cell: CellKey, label: Label, counts: Mapping[str, float], together: Mapping[str, float]) -> FloatArray:
-    """For each copy, draw a cell's rate of the label's first choice from the rate's posterior, (COPIES,).
+    """Draw, for each copy of the run, the probability of the label's first choice from its posterior, (COPIES,).
 
     Args:
         cell: the cell.

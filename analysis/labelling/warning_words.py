@@ -283,7 +283,7 @@ STATED = (
 """Words with which a statement can begin before a question in the same sentence: "there is a fire, shall we go?"."""
 
 ASKED_JAPANESE = "(?<!ません)(?<!ない)(?<!でしょ)か$|(?<!ない)でしょうか$|かな$"
-"""Marks of a question without a question mark."""
+"""Ends of sentences that are questions in Japanese even without a question mark, such as "か"."""
 
 FACTIVE = (
     "(?:did|do|have|has|had|can|could|don't|didn't|haven't|hasn't|can't) (?:you|u|ya|y'all"

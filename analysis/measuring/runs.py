@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Values(Mapping[str, float]):
-    """The values of a run by `<signature>.<measure>`; runs with the same measures share one list of names.
+    """The values of a run's measures, by `<signature>.<measure>`; runs with the same measures share the list of names.
 
     Attributes:
         names: the measures, in order (M).

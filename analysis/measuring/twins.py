@@ -14,7 +14,7 @@ _IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 
 
 def beyond_twins(results: Sequence[RunResult]) -> list[RunResult]:
-    """Add differences from the twin to each run that has one; the form's `Twin` names the measures.
+    """Add to each run that has a twin the differences from its twin, in the measures that the form's `Twin` names.
 
     A twin is also compared with itself, so its differences are 0.
     """

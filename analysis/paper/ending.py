@@ -22,7 +22,7 @@ from analysis.tables.texts import number, p_value, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
-"""Maximum number of lines of the whole ending, and of characters in a line."""
+"""Maximum number of lines that an analysis prints on a terminal, and of characters in a line."""
 MOST_NOTES, FEWEST_NOTES = 4, 2
 """Maximum number of lines of notes: usually MOST_NOTES, and FEWEST_NOTES if the findings need the room."""
 MOST_THRESHOLDS = 3
@@ -179,11 +179,11 @@ class _Shown:
         return wrapped(said, self.width)
 
     def is_cut(self, room: int) -> bool:
-        """Return whether the entries need more than `room` lines."""
+        """Return whether the results need more than `room` lines."""
         return len(self.title) + sum(map(len, self.entries)) > room
 
     def body(self, room: int) -> list[str]:
-        """Return at most `room` lines: the entries, a table of the other measures, and the command for new seeds."""
+        """Return at most `room` lines: the results, a table of the other measures, and the command for new seeds."""
         lines = list(self.title)
         for place, own in enumerate(self.entries):
             left = len(self.entries) - place

@@ -54,12 +54,12 @@ def on_new_seeds(
 
 
 def new_seeds(seeds: int, pairs: int, alpha: float) -> int:
-    """Return how many new seeds to run: as many as before, or more if a test of `pairs` corrected pairs needs them."""
+    """Return how many new seeds to run: as many as before, or more if tests of this number of pairs need more."""
     return max(seeds, fewest_pairs(alpha / max(pairs, 1)) or 0)
 
 
 def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return columns that tell all rows apart: the first column, and others only where needed."""
+    """Return indices of columns in which no two different rows are equal: 0, and as few others as possible."""
     columns = list(range(len(rows[0]))) if rows else []
     for column in columns[:0:-1]:
         others = [at for at in columns if at != column]

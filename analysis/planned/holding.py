@@ -30,7 +30,7 @@ class Held:
 
     @property
     def look(self) -> str:
-        """The last reached look, in words."""
+        """The last look so far, in words."""
         looks, reached = self.declared.looks, self.plan.reached
         if not reached:
             return f"before the first look, at {looks[0].seeds} seeds"

@@ -105,5 +105,8 @@ def _sizes(looks: Sequence[LookedAt]) -> dict[_Pair, list[int]]:
 
 
 def _sizes_of(look: LookedAt, sizes: Mapping[_Pair, list[int]]) -> list[int]:
-    """Return all numbers of pairs of seeds at which a pair of groups was tested; old records lack the settings."""
+    """Return all numbers of seeds with which a pair of groups was tested.
+
+    Old records do not contain the settings of the groups, so old records are found by the names of the groups.
+    """
     return sorted({size for key in (_texts(look), look.settings) for size in sizes.get(key, [])})

@@ -1,9 +1,9 @@
 """How choices depend on one quantity: the share of each choice at each of its values, and the slope.
 
 The slope of a seed is sum (x - mean x) (y - mean y) / sum (x - mean x)^2, where x is the value of the quantity and y is
-the share of a choice at this value. Both means are taken within one moment, since not every moment can have every
-value. So the slope is a least-squares slope with an intercept for each moment. If a policy chooses without regard to
-the quantity, the expected slope is 0. Slopes that are 0 in every seed are not tested.
+the share of a choice at this value. The means of x and y are taken within one moment, since not every moment can have
+every value. This slope is a least-squares slope with an intercept for each moment. If a policy chooses without regard
+to the quantity, the expected slope is 0. Slopes that are 0 in every seed are not tested.
 """
 
 import itertools

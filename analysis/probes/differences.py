@@ -110,7 +110,7 @@ def _says(row: Row) -> str:
 
 
 def _asked(model: str, edit: str, written: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the factor, level and context of each contrast in which these answers are one side."""
+    """Yield the factor, level and context of each contrast that compares these answers with others."""
     if edit == written == NONE:
         yield MODEL, model, ""
     if written == NONE:

@@ -137,7 +137,16 @@ def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str,
 
 
 def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
-    """Redistribute a choice's answers, (moments, formats), among formats at random; (draws, moments, formats)."""
+    """Deal the answers of each moment to the formats at random, again and again.
+
+    Args:
+        counts: how often a choice was made, (moments, formats).
+        asked: number of answers of each moment in each format, (moments,).
+        rng: the random generator.
+
+    Returns:
+        How often the choice was made after each draw, (draws, moments, formats).
+    """
     formats = counts.shape[1]
     left = np.broadcast_to(counts.sum(axis=1), (DEALT, len(counts)))
     drawn = []

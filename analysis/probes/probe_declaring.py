@@ -116,7 +116,7 @@ class Family:
 
 
 EVERYTHING = Family()
-"""The family that names no models or edits; with it, p is corrected over all rows of a table."""
+"""The family without declared models or edits: p values are corrected over all rows of a table."""
 
 
 def declared_probe(

@@ -232,7 +232,10 @@ def _name(finding: FindingRecord, level: str, names: Mapping[str, str]) -> str:
 
 
 def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
-    """Return two texts in parts, each with whether it differs. Long texts are cut around the first difference."""
+    """Cut two texts into pieces, and return each piece with True if it differs between the texts, else False.
+
+    Long texts are cut around the first difference.
+    """
     texts = [one_line(text) for text in (first, second)]
     alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
     start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0

@@ -25,7 +25,7 @@ MOST_GROUPS = 24
 
 
 def facts(found: Material) -> list[str]:
-    """Return the parts of the line of facts: compared groups, runs, cost, and whether claims were declared."""
+    """Return short texts for the first screen: compared groups, runs, cost, and whether claims were declared."""
     own = [member for member in found.members if not member.shown.baseline]
     compared, groups = found.analysis.compared, [shown.group for shown in found.own]
     levels = {compared.group_columns[at]: len({group[at] for group in groups}) for at in telling_apart(groups)}

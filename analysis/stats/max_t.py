@@ -13,7 +13,7 @@ from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
 TIES = 1e-10
 """Difference below which two statistics count as equal."""
 _ALL_SIGNS_UP_TO, _LEAST_DRAWS = 11, 999
-"""Number of seeds up to which a simulated test uses all signs; for more seeds, minimum number of random signs."""
+"""A simulated test uses all signs up to this number of seeds; for more seeds, at least this number of random signs."""
 
 
 def step_down_p(differences: FloatArray) -> FloatArray:

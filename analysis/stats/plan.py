@@ -23,7 +23,7 @@ _TOO_EARLY = NOT_TESTED + "before the first look"
 
 @dataclass(frozen=True)
 class Plan:
-    """The parts of a declaration that the table of contrasts needs.
+    """The content of a declaration, as far as the table of contrasts depends on it.
 
     Attributes:
         groups: the declared groups; all their pairs are tested.

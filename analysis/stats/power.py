@@ -47,7 +47,7 @@ COLUMNS = (
 )  # fmt: skip
 """The columns of the written plan, in their order."""
 _OF_PILOT = ("pairs", "differences")
-"""Further columns for simulations: how many pairs of the factor are tested, and the pilot's difference per seed."""
+"""Columns that only the simulations need: the number of tested pairs of the factor, and the pilot's differences."""
 PAIR = ("factor", "level", "reference", "context")
 
 
@@ -220,7 +220,7 @@ def seeds_drawn(rows: pd.DataFrame, spread: str, n: int, rng: np.random.Generato
 def simulated_p(
     drawn: FloatArray, declared: BoolArray, level: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Return p of each row of a pair in each simulated sweep: uncorrected, and corrected over the declared rows.
+    """Return two p values for each row of a pair and each simulated sweep: alone, and corrected over declared rows.
 
     Args:
         drawn: differences (sweeps, R, seeds); both results are (sweeps, R).

@@ -36,7 +36,7 @@ class _Sums:
     mass: FloatArray
 
     def beyond(self, bound: FloatArray, spread: float) -> FloatArray:
-        """Return the probability (A,) that no earlier look was significant and the next sum is beyond the bound.
+        """Return the probability (A,) that no earlier look was significant, but the next sum is beyond the bound.
 
         `spread` is the standard deviation of the step.
         """
@@ -109,7 +109,7 @@ def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def _table(looks: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return errors over all looks (A,), and for each error the levels of the tests at the looks (K, A)."""
+    """Return possible errors over all looks, (A,), and for each of them the level of the test at each look, (K, A)."""
     decades = np.log10(_MOST / _LEAST)
     error = np.geomspace(_LEAST, _MOST, round(_A_DECADE * decades))
     return error, levels(looks, error)

@@ -113,9 +113,9 @@ def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
-    """Return the figure of the model of equal size with the most similar name; None if no name is similar.
+    """Return the published value of the model with the same size and the most similar name; None without such a model.
 
-    If a name states no size, there must be only one figure with this name.
+    If a name states no size, only one published value may have this name.
     """
     size, name = _size(model), _plain(model)
     of_this_size = {_plain(row.model): row for row in published if size and _size(row.model) == size}

@@ -33,7 +33,7 @@ HEADLINE = ("prompt_tokens_per_decision", "output_tokens_per_decision", "model_s
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the cost of a run from its `run.json`; a decision is a line of its steps.
+    """Return the cost of a run from its `run.json`; each line in the run's record of steps counts as one decision.
 
     - calls: model calls. cached: calls answered from the cache of answers. retries: failed tries before an answer.
     - prompt_tokens, output_tokens: tokens counted by the server, including cached answers.

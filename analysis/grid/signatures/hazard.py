@@ -47,7 +47,12 @@ def conditional_logit(options: FloatArray, offered: BoolArray, chosen: IntArray)
 
 
 def _newton(relative: FloatArray, offered: BoolArray) -> FloatArray:
-    """Return the estimates, (c,); `relative` holds the covariates minus the chosen option's, (n, k, c)."""
+    """Return the maximum likelihood estimates, (c,).
+
+    Args:
+        relative: covariates of each option minus those of the chosen option, (n, k, c).
+        offered: whether each option was possible, (n, k).
+    """
     covariates = relative.shape[2]
     beta, failed = np.zeros(covariates), np.full(covariates, np.nan)
     for _ in range(_ROUNDS):

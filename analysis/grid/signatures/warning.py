@@ -346,7 +346,7 @@ def _with_shifts(labels: BoolArray, periods: IntArray) -> BoolArray:
 
 
 def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
-    """For S labellings, return the step at which each agent first hears a warning, or NEVER, (S, N).
+    """Return the step at which each agent first hears a warning, or NEVER, for S ways of labelling messages, (S, N).
 
     Args:
         run: the run.

@@ -103,7 +103,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
 @lru_cache(maxsize=1024)
 def coins_off(agents: int, capacity: float) -> float:
-    """Return the mean distance between the capacity and the share of heads among as many coin flips as agents."""
+    """Return the mean distance of the attendance from the capacity if each agent flips a coin, as a share of agents."""
     heads = np.arange(agents + 1)
     chances = np.array([math.comb(agents, int(count)) / 2**agents for count in heads])
     return float(chances @ np.abs(heads / agents - capacity))
