@@ -79,9 +79,9 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'foundry' has no attribute '{name}'")
     from foundry.own_code import ours
 
-    found = getattr(ours(module), name)
-    globals()[name] = found
-    return found
+    value = getattr(ours(module), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -89,8 +89,10 @@ def _play(arguments: Sequence[str]) -> Ran:
 
 def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
     ended = [(run.id, run.summary()) for run in folder.runs()]
-    complete = sum(one is not None and one.status == "complete" for _, one in ended)
-    failed = tuple(f"{run}: {one.error}" for run, one in ended if one is not None and one.status != "complete")
+    complete = sum(summary is not None and summary.status == "complete" for _, summary in ended)
+    failed = tuple(
+        f"{run}: {summary.error}" for run, summary in ended if summary is not None and summary.status != "complete"
+    )
     return Ran(folder.path, complete, failed, tuple(notes))
 
 

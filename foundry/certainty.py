@@ -60,10 +60,10 @@ class Sampling:
 
         The values are lower bounds; all tokens that are not reported have together at most the rest up to 1.
         """
-        told = sorted({place.token: place.logprob, **place.top}.items(), key=lambda item: -item[1])
-        plain = [math.exp(logprob) for _, logprob in told]
+        by_probability = sorted({place.token: place.logprob, **place.top}.items(), key=lambda item: -item[1])
+        plain = [math.exp(logprob) for _, logprob in by_probability]
         plain.append(max(0.0, 1 - math.fsum(plain)))
-        names = [token for token, _ in told]
+        names = [token for token, _ in by_probability]
         for filters in self.filters if plain[0] else ():
             for chances in (_cut(self._tempered(plain), filters), self._tempered(_cut(plain, filters))):
                 yield dict(zip(names, chances, strict=False))
@@ -73,29 +73,29 @@ class Sampling:
 
         No unreported token is likelier than the last reported token. So the last result is an upper bound.
         """
-        *told, rest = chances
+        *listed, rest = chances
         if not self.temperature:
-            return [1.0, *([0.0] * len(told))]
+            return [1.0, *([0.0] * len(listed))]
         power = 1 / self.temperature
-        weights = [(chance / told[0]) ** power for chance in told]
-        last = min((chance for chance in told if chance), default=0.0)
-        return _scaled([*weights, rest / told[0] * (last / told[0]) ** (power - 1)])
+        weights = [(chance / listed[0]) ** power for chance in listed]
+        last = min((chance for chance in listed if chance), default=0.0)
+        return _scaled([*weights, rest / listed[0] * (last / listed[0]) ** (power - 1)])
 
 
 def _cut(chances: Sequence[float], filters: Mapping[str, float]) -> list[float]:
     """Set the probabilities of filtered tokens to 0. The last value in `chances` belongs to all unreported tokens."""
-    *told, rest = chances
-    if 0 < filters["top_k"] <= len(told):
-        told, rest = told[: int(filters["top_k"])], 0.0
-    *told, rest = _scaled([*told, rest])
+    *listed, rest = chances
+    if 0 < filters["top_k"] <= len(listed):
+        listed, rest = listed[: int(filters["top_k"])], 0.0
+    *listed, rest = _scaled([*listed, rest])
     total = 0.0
-    for number, chance in enumerate(told, start=1):
+    for number, chance in enumerate(listed, start=1):
         total += chance
         if filters["top_p"] < 1 and total >= filters["top_p"]:
-            told, rest = told[:number], 0.0
+            listed, rest = listed[:number], 0.0
             break
-    left = [chance for chance in told if chance >= filters["min_p"] * told[0]]
-    scaled = _scaled([*left, rest if len(left) == len(told) else 0.0])
+    left = [chance for chance in listed if chance >= filters["min_p"] * listed[0]]
+    scaled = _scaled([*left, rest if len(left) == len(listed) else 0.0])
     return [*scaled[:-1], *([0.0] * (len(chances) - len(scaled))), scaled[-1]]
 
 
@@ -163,7 +163,7 @@ def _certainty_at(
     number, before = place
     token = tokens[number]
     own = {token.token: token.logprob, **token.top}
-    shares = _of_labels(before, {one: math.exp(logprob) for one, logprob in own.items()}, labels)
+    shares = _of_labels(before, {text: math.exp(logprob) for text, logprob in own.items()}, labels)
     covered = math.fsum(shares.values())
     if not shares[decided]:
         return None
@@ -187,15 +187,15 @@ def foreseen(
     place = _place(text, tokens, decided)
     if place is None or sampling is None:
         return None
-    found = _certainty_at(place, tokens, decided, labels, sampling)
-    if found is None or found.error > GREATEST_ERROR:
+    certainty = _certainty_at(place, tokens, decided, labels, sampling)
+    if certainty is None or certainty.error > GREATEST_ERROR:
         return None
-    certain = 1 - found.error
+    certain = 1 - certainty.error
     for token in tokens[: place[0]]:
         certain *= min((way[token.token] for way in sampling.ways(token)), default=0.0)
         if certain < LEAST_COVERED:
             return None
-    return replace(found, error=1 - certain)
+    return replace(certainty, error=1 - certain)
 
 
 def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[int, str] | None:

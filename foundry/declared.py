@@ -61,14 +61,14 @@ def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
     return found
 
 
-def _joined(one: Mapping[str, str], other: Mapping[str, str]) -> dict[str, str]:
+def _joined(first: Mapping[str, str], other: Mapping[str, str]) -> dict[str, str]:
     def joined(key: str) -> str:
-        kinds = {keys[key] for keys in (one, other) if key in keys}
+        kinds = {keys[key] for keys in (first, other) if key in keys}
         plain = {kind.removesuffix("?") for kind in kinds}
-        optional = "?" if key not in one or key not in other or any(kind.endswith("?") for kind in kinds) else ""
+        optional = "?" if key not in first or key not in other or any(kind.endswith("?") for kind in kinds) else ""
         return (plain.pop() if len(plain) == 1 else "other") + optional
 
-    return {key: joined(key) for key in {**one, **other}}
+    return {key: joined(key) for key in {**first, **other}}
 
 
 def _type_of(annotation: Any) -> str:

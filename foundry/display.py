@@ -132,8 +132,8 @@ class ProgressDisplay:
 
     def line(self, totals: Mapping[str, Totals]) -> str:
         """Return one line for a log, with the progress of each running model, or of all models if none is running."""
-        shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
-        parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
+        shown = {name: sums for name, sums in totals.items() if sums.calls and sums.ended < sums.runs} or totals
+        parts = [f"{visible(name)} {', '.join([_runs(sums), *self.told(name, sums)])}" for name, sums in shown.items()]
         return f"[{_duration(self._clock() - self._started)}] " + "; ".join(
             filter(None, [_left(self.left_s(totals)), *parts])
         )
@@ -177,12 +177,12 @@ class ProgressDisplay:
     def _update(self, totals: Mapping[str, Totals]) -> None:
         left = self._left_by_model(totals)
         for name, task in self._tasks.items():
-            one = totals[name]
-            if one.begun:
+            sums = totals[name]
+            if sums.begun:
                 self._bars.start_task(task)
-            info, time_left = ", ".join(self.told(name, one)), _left(left.get(name) if one.begun else None)
-            self._bars.update(task, completed=one.done, runs=_runs(one), info=info, left=time_left)
-            if one.ended == one.runs:
+            info, time_left = ", ".join(self.told(name, sums)), _left(left.get(name) if sums.begun else None)
+            self._bars.update(task, completed=sums.done, runs=_runs(sums), info=info, left=time_left)
+            if sums.ended == sums.runs:
                 self._bars.stop_task(task)
         if self._whole is not None:
             done = sum(total.done for total in totals.values())
@@ -243,14 +243,14 @@ def runs_table(planned: Sequence[PlannedRun]) -> Table:
     return table
 
 
-def status_table(found: Sequence[Standing]) -> Table:
+def status_table(standings: Sequence[Standing]) -> Table:
     """Return the table of a sweep's progress, with a row for each model.
 
     If servers report it, the table has the share of prompt tokens that they had in their own caches.
     """
-    has_prompt_cache = any(one.prompt_cache is not None for one in found)
+    has_prompt_cache = any(standing.prompt_cache is not None for standing in standings)
     table = _table("model", *_COUNTS, *([REUSED] if has_prompt_cache else []))
-    for one in found:
+    for one in standings:
         share = one.prompt_cache
         reused = ["" if share is None else f"{share:.0%}"] if has_prompt_cache else []
         table.add_row(one.model, *(f"{getattr(one, name):,}" for name in _COUNTS), *reused)

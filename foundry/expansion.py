@@ -91,7 +91,7 @@ class Sweep:
     def model_names(self) -> list[str]:
         """Return the models by their first run; this order determines their colours and markers in plots."""
         first = dict.fromkeys(run.condition for run in self.runs)
-        return list(dict.fromkeys(str(self.conditions[one].config["model"]["name"]) for one in first))
+        return list(dict.fromkeys(str(self.conditions[number].config["model"]["name"]) for number in first))
 
     def config(self, run: Run) -> dict[str, Any]:
         """Return the whole configuration of a run, with its seed."""
@@ -204,7 +204,7 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
 
 def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
     """Return a model's configuration without `server`, also in its members."""
-    return _changed(part, lambda one: {key: value for key, value in one.items() if _decides(key, value)})
+    return _changed(part, lambda settings: {key: value for key, value in settings.items() if _decides(key, value)})
 
 
 def _decides(key: str, value: Any) -> bool:
@@ -215,9 +215,9 @@ def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the configurations of a model and of all its members."""
     models: list[Mapping[str, Any]] = []
 
-    def noted(one: Mapping[str, Any]) -> dict[str, Any]:
-        models.append(one)
-        return dict(one)
+    def noted(part_of: Mapping[str, Any]) -> dict[str, Any]:
+        models.append(part_of)
+        return dict(part_of)
 
     _changed(model, noted)
     return models
@@ -225,7 +225,7 @@ def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def is_served(model: Mapping[str, Any]) -> bool:
     """Return whether a server answers for a model or for one of its members."""
-    return any("server" in one for one in models_in(model))
+    return any("server" in config for config in models_in(model))
 
 
 def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
@@ -252,7 +252,9 @@ def loaded_key(model: Mapping[str, Any]) -> str:
 
 def sent_key(model: Mapping[str, Any]) -> str:
     """Return a text that is the same for models that send equal calls; `schemas` only counts if `format` is set."""
-    return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
+    return settings_key(
+        _changed(model, lambda settings: dict(settings) if settings.get("format") else _without_schemas(settings))
+    )
 
 
 def _without_schemas(model: Mapping[str, Any]) -> dict[str, Any]:
@@ -293,7 +295,7 @@ def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
         {**condition.config, "model": _changed(condition.config["model"], moved)} for condition in sweep.conditions
     )
     pairs = zip(sweep.conditions, configs, strict=True)
-    return replace(sweep, conditions=tuple(replace(one, config=config) for one, config in pairs))
+    return replace(sweep, conditions=tuple(replace(condition, config=config) for condition, config in pairs))
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:

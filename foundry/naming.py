@@ -125,8 +125,12 @@ class Subject(NamedTuple):
 def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
     """Name each subject by its model, and by its prompt or sampling seed if subjects differ in them."""
     distinct = sorted(set(subjects))
-    places = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in distinct}) > 1]
-    return {one: " / ".join(filter(None, (one[place] for place in places))) for one in distinct}
+    places = [
+        place
+        for place in range(len(Subject._fields))
+        if place == 0 or len({subject[place] for subject in distinct}) > 1
+    ]
+    return {subject: " / ".join(filter(None, (subject[place] for place in places))) for subject in distinct}
 
 
 def in_room(module: str, name: str) -> Any:

@@ -93,7 +93,7 @@ def ours(name: str) -> ModuleType:
 
 def own_folders() -> tuple[Path, ...]:
     """Return the folders with the user's own code."""
-    return tuple(Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one)
+    return tuple(Path(folder) for folder in os.environ.get(VARIABLE, "").split(os.pathsep) if folder)
 
 
 @dataclass(frozen=True)

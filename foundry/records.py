@@ -58,8 +58,8 @@ class Counts(msgspec.Struct, kw_only=True):
 def reused_share(counts: Iterable[Counts]) -> float | None:
     """Return the share of prompt tokens that servers had in their own caches; None if no server reports it."""
     counted = [count for count in counts if count.cached_tokens is not None]
-    prompt_tokens = sum(one.prompt_tokens for one in counted)
-    return sum(one.cached_tokens or 0 for one in counted) / prompt_tokens if prompt_tokens else None
+    prompt_tokens = sum(counts.prompt_tokens for counts in counted)
+    return sum(counts.cached_tokens or 0 for counts in counted) / prompt_tokens if prompt_tokens else None
 
 
 def _increment(counter: dict[str, int], key: str) -> None:

@@ -64,7 +64,7 @@ def holds_secret(text: str) -> bool:
 
 def visible(text: str) -> str:
     r"""Escape characters that control a terminal or reverse the direction of writing, as in `\\x1b`."""
-    return "".join(one.encode("unicode_escape").decode() if _commands(one) else one for one in text)
+    return "".join(letter.encode("unicode_escape").decode() if _commands(letter) else letter for letter in text)
 
 
 def one_line(text: object, longest: int | None = None) -> str:

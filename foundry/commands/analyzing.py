@@ -232,7 +232,7 @@ def _known(
     from foundry.composing.planning import plan as plan_runs
 
     planned = plan_runs(sweep, infos, existing_answers(composed), {})
-    counts = [one.cached for one in planned]
+    counts = [run.cached for run in planned]
     answers = None if None in counts else sum(filter(None, counts))
     own = Path(composed.settings["output"]["dir"] or "")
     return answers, holders_of({run.id for run in sweep.runs}, own, places)
@@ -265,7 +265,7 @@ def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> N
 def looks_of(text: str) -> list[int]:
     """Return the number of seeds at each interim look, given as in "8,12,18"."""
     try:
-        return [int(one) for one in text.split(",") if text]
+        return [int(number) for number in text.split(",") if text]
     except ValueError:
         raise InputError(f"--looks must have the form N,N,..., such as 8,12,18,26,34; got {text}") from None
 

@@ -51,7 +51,10 @@ def _check_parts(asked: Sequence[str], json: bool) -> int:
     if json:
         print_json({"findings": checks})
     else:
-        rows = [(one.part, one.check, one.status.value, one.note) for one in (failed(checks) if is_quiet() else checks)]
+        rows = [
+            (check.part, check.check, check.status.value, check.note)
+            for check in (failed(checks) if is_quiet() else checks)
+        ]
         console().print(frame_table(rows, ("of", "check", "status", "what to do")))
         passed = sum(check.status == "passed" for check in checks)
         print(f"{passed} of {len(checks)} checks passed, {len(failed(checks))} failed")

@@ -116,10 +116,10 @@ def label_by_people(folder: Path, name: str, per_model: int | None, page: Asking
     from foundry.labels.folder import LabelFolder
 
     opened, asked = SweepFolder.open(folder), label_named(name)
-    kept = LabelFolder.of(opened, name)
-    sample = _sample(opened, asked, kept, per_model)
-    desk = LabelDesk(kept, asked, sample)
-    print(f"{len(sample.drawn)} texts were drawn from {sum(one.size for one in sample.strata)}, in {kept.path}")
+    label_folder = LabelFolder.of(opened, name)
+    sample = _sample(opened, asked, label_folder, per_model)
+    desk = LabelDesk(label_folder, asked, sample)
+    print(f"{len(sample.drawn)} texts were drawn from {sum(one.size for one in sample.strata)}, in {label_folder.path}")
     with page.labelling(desk, f"label: {name.replace('_', ' ')}") as ended:
         try:
             ended.wait()
@@ -134,22 +134,22 @@ def label_by_people(folder: Path, name: str, per_model: int | None, page: Asking
     print(f"next: foundry analyze {folder}")
 
 
-def _sample(sweep: SweepFolder, label: Label, kept: LabelFolder, per_model: int | None) -> Sample:
+def _sample(sweep: SweepFolder, label: Label, label_folder: LabelFolder, per_model: int | None) -> Sample:
     """Return the sample of texts to label, extended if more texts are requested; it is stored before anyone labels."""
     from foundry.labels.items import complete_runs
     from foundry.labels.sampling import Sample, extended
 
-    before = kept.sample()
+    before = label_folder.sample()
     if before is not None and before.question_sha256 != label.question_sha256:
         raise InputError(
-            f"The texts in {kept.path} were drawn for an earlier wording of the question '{label.name}'. Restore "
-            "this wording, or write the new wording into a label file with another name."
+            f"The texts in {label_folder.path} were drawn for an earlier wording of the question '{label.name}'. "
+            "Restore this wording, or write the new wording into a label file with another name."
         )
     empty = Sample(label=label.name, question_sha256=label.question_sha256, seed=0)
     runs = [run.id for run in complete_runs(sweep)]
     sample = extended(before or empty, label, _items_of([sweep], label), runs, per_model)
     if sample != before:
-        kept.keep_sample(sample)
+        label_folder.keep_sample(sample)
     return sample
 
 
@@ -180,15 +180,15 @@ async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model
         yield model_stack(built, answers, await built.inspect())
     finally:
         await built.close()
-        for one in opened:
-            one.close()
+        for store in opened:
+            store.close()
 
 
 async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Judge:
     from analysis.labelling import FIRES, WARNING, hand_labelled
     from foundry.labels.judging import judge, steady
 
-    by_hand: Texts = [(one.text, {"fires": FIRES}) for one in hand_labelled()] if label.name == WARNING else []
+    by_hand: Texts = [(message.text, {"fires": FIRES}) for message in hand_labelled()] if label.name == WARNING else []
     async with _stacked(steady(composed.conditions[0].config["model"]), cache) as model:
         try:
             judged = await judge(model, label, texts, by_hand)

@@ -76,7 +76,7 @@ def doctor(
         print_json({"findings": findings, "models": installed})
     else:
         shown = [finding for finding in findings if finding.status is not Status.OK] if is_quiet() else findings
-        rows = [(one.check, one.subject, one.status.value, one.found, one.advice) for one in shown]
+        rows = [(check.check, check.subject, check.status.value, check.found, check.advice) for check in shown]
         if rows:
             console().print(frame_table(rows, ("check", "of", "status", "found", "what to do")))
         if installed and not is_quiet():
@@ -159,8 +159,8 @@ def config(
     from foundry.composing.shown import chosen, decides_answers, environment, settings_of
     from foundry.display import frame_table
 
-    file, wanted = paths.user_config_file(), [one for one in overrides or () if "=" not in one]
-    argv = given([one for one in overrides or () if "=" in one], config_dir)
+    file, wanted = paths.user_config_file(), [word for word in overrides or () if "=" not in word]
+    argv = given([word for word in overrides or () if "=" in word], config_dir)
     composed = compose(argv, read_defaults())
     assert composed is not None, "Hydra itself only answers flags, and these have no '='"
     settings_shown = chosen(settings_of(composed), wanted)
@@ -169,8 +169,8 @@ def config(
         print_json({"file": file, "exists": file.is_file(), "settings": settings_shown, "environment": variables})
         return
     tables = {
-        "decides answers": [one for one in settings_shown if decides_answers(one.setting)],
-        "where and how": [one for one in settings_shown if not decides_answers(one.setting)],
+        "decides answers": [setting for setting in settings_shown if decides_answers(setting.setting)],
+        "where and how": [setting for setting in settings_shown if not decides_answers(setting.setting)],
         "environment": variables,
     }
     for title, settings in tables.items():
@@ -341,13 +341,13 @@ def _print_plan(
     reach: Reach | None,
 ) -> None:
     runs = [
-        {"run": one.run.id, "model": one.model, "prompt": one.prompt, "world": one.world, "seed": one.run.seed,
-         "calls": one.calls, "served": one.served, "cached": one.cached, "to_send": one.to_send,
-         "complete": one.complete, "new": one.new}
-        for one in planned
+        {"run": run.run.id, "model": run.model, "prompt": run.prompt, "world": run.world, "seed": run.run.seed,
+         "calls": run.calls, "served": run.served, "cached": run.cached, "to_send": run.to_send,
+         "complete": run.complete, "new": run.new}
+        for run in planned
     ]  # fmt: skip
     reach_found = reach and {**asdict(reach), "effect": reach.effect}
-    sums = {"to_send": sum(one.to_send for one in planned), **size}
+    sums = {"to_send": sum(run.to_send for run in planned), **size}
     print_json({"runs": runs, **sums, "determinism": twice, "reach": reach_found, "notes": notes})
 
 
@@ -357,8 +357,8 @@ def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequ
     console().print(plan_table(planned))
     if is_verbose():
         console().print(runs_table(planned))
-    to_send = sum(one.to_send for one in planned)
-    complete = sum(one.complete for one in planned)
+    to_send = sum(run.to_send for run in planned)
+    complete = sum(run.complete for run in planned)
     print(f"{counted(len(planned), 'run')}, {complete} complete; at most {to_send:,} calls would be sent")
     if twice.again:
         say(f"determinism check: at most {twice.again + twice.beside:,} calls would be repeated at the end")

@@ -58,7 +58,7 @@ def show_seeds(
     if wanted:
         _show_looks(shown, wanted, family)
         return
-    console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
+    console().print(frame_table([_row(row) for row in shown.to_dict("records")], _COLUMNS))
     say(f"alone: number of seeds for {power:.0%} power if a test were the only one, at level .05.")
     say(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
     say("cautious: as in the family, but with the upper 80 % bound of the pilot's sd. After few seeds, use cautious.")
@@ -135,8 +135,8 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
     from foundry.display import frame_table
 
     rows = [
-        (*_first(one), *(_number(one[name], form) for name, form in _LOOKS.items()), str(one["note"]))
-        for one in with_looks(plan, looks).to_dict("records")
+        (*_first(row), *(_number(row[name], form) for name, form in _LOOKS.items()), str(row["note"]))
+        for row in with_looks(plan, looks).to_dict("records")
     ]
     console().print(frame_table(rows, _AT_LOOKS))
     say(f"power: chance that a look finds the difference at level .05, corrected for {counted(family, 'test')}.")
@@ -145,16 +145,16 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
     say("Declare these looks with foundry preregister.")
 
 
-def _row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
-    seeds = [_number(one[name], ".0f") for name in ("n_alone", "n_family", "n_cautious")]
-    return (*_first(one), *seeds, str(one["note"]))
+def _row(row: Mapping[Hashable, object]) -> tuple[str, ...]:
+    seeds = [_number(row[name], ".0f") for name in ("n_alone", "n_family", "n_cautious")]
+    return (*_first(row), *seeds, str(row["note"]))
 
 
-def _first(one: Mapping[Hashable, object]) -> tuple[str, ...]:
+def _first(row: Mapping[Hashable, object]) -> tuple[str, ...]:
     from analysis.stats.power import pair_name
 
-    numbers = [_number(one[name], ".3g") for name in ("sd", "difference")]
-    return (str(one["measure"]), pair_name(one), str(one["n_pairs"]), *numbers)
+    numbers = [_number(row[name], ".3g") for name in ("sd", "difference")]
+    return (str(row["measure"]), pair_name(row), str(row["n_pairs"]), *numbers)
 
 
 def _number(value: object, form: str) -> str:

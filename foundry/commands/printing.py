@@ -31,12 +31,12 @@ _loudness: ContextVar[int] = ContextVar("loudness", default=0)
 def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
     """Print less with `-q` and more with `-v`, anywhere before `--`; yield the command line without these flags."""
     end = argv.index("--") if "--" in argv else len(argv)
-    levels = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
+    levels = {_FLAGS[argument] for argument in argv[:end] if argument in _FLAGS}
     if len(levels) > 1:
         raise InputError("-q and -v cannot be used together. Give one of them.")
     token = _loudness.set(levels.pop() if levels else 0)
     try:
-        yield [*(one for one in argv[:end] if one not in _FLAGS), *argv[end:]]
+        yield [*(argument for argument in argv[:end] if argument not in _FLAGS), *argv[end:]]
     finally:
         _loudness.reset(token)
 
@@ -75,7 +75,9 @@ def only_json(asked: bool) -> Iterator[None]:
 
 def print_json(value: Any) -> None:
     """Print a value as one JSON object: NaN as null, a path as text, a NumPy number as its value."""
-    encoded = msgspec.json.encode(value, enc_hook=lambda one: one.item() if hasattr(one, "item") else str(one))
+    encoded = msgspec.json.encode(
+        value, enc_hook=lambda number: number.item() if hasattr(number, "item") else str(number)
+    )
     print(msgspec.json.format(encoded).decode())
 
 

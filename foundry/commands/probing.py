@@ -129,7 +129,9 @@ def _overrides_alone(arguments: Sequence[str]) -> list[str]:
 
 def folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
     """Split a command line into the folders at its beginning, and the other arguments."""
-    folders = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), arguments))
+    folders = list(
+        itertools.takewhile(lambda argument: "=" not in argument and not argument.startswith("-"), arguments)
+    )
     return [Path(folder) for folder in folders], list(arguments[len(folders) :])
 
 

@@ -95,7 +95,7 @@ def _report(
     runs = counted(written.runs, "run")
     if written.complete < written.runs:
         runs = f"{counted(written.complete, 'complete run')} of {written.runs}"
-    again = "".join(f"; go on with: foundry resume {one.path}" for one in written.unfinished)
+    again = "".join(f"; go on with: foundry resume {folder.path}" for folder in written.unfinished)
     print(f"report of {runs} in {written.path}; its pictures in {written.pictures}{again}")
 
 
@@ -195,9 +195,11 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     asked = family or (None if planned is None else [measure.name for measure in planned[0].measures])
     names = declared_measures(asked, table.measures, table.present)
     means: dict[int, dict[str, Mean]] = {}
-    for (name, (condition,)), one in compared.estimates.items():
+    for (name, (condition,)), estimate in compared.estimates.items():
         if name in names:
-            means.setdefault(int(condition), {})[name] = Mean(one.n, one.mean, one.sd, one.low, one.high, one.interval)
+            means.setdefault(int(condition), {})[name] = Mean(
+                estimate.n, estimate.mean, estimate.sd, estimate.low, estimate.high, estimate.interval
+            )
     rows = zip(table.frame["run"], table.present, table.frame[list(names)].to_dict("records"), strict=True)
     of_runs = {run: {name: row[name] for name in names if name in present} for run, present, row in rows}
     return Scores(tuple(map(_measured, names)), of_runs, means)

@@ -34,12 +34,12 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
 
     probe = probe_in(folders, options)  # refuses other folders before a bar appears
     with _watched() as watch:
-        found = _probe(probe, options) or analyze_folders(folders, watch=watch, **options)
+        analysis = _probe(probe, options) or analyze_folders(folders, watch=watch, **options)
         _prepare(folders)
-    for line in found.ending(folders, console().width, printed):
+    for line in analysis.ending(folders, console().width, printed):
         print(line)
     if is_verbose():
-        for file in found.written:
+        for file in analysis.written:
             say(f"wrote {file}")
 
 
@@ -49,16 +49,16 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
 
     with only_json(True):
         probe = _probe(probe_in(folders, options), options)
-        found: Any = probe or analyze_folders(folders, **options)
+        analysis: Any = probe or analyze_folders(folders, **options)
     _prepare(folders)
     frames = (
-        {**probe.frames, "contrasts": probe.contrasts} if probe else {name: getattr(found, name) for name in _TABLES}
+        {**probe.frames, "contrasts": probe.contrasts} if probe else {name: getattr(analysis, name) for name in _TABLES}
     )
     tables = {name: frame.to_dict("records") for name, frame in frames.items()}
-    said = {"path": found.path, "summary": found.summary, "findings": msgspec.to_builtins(found.findings)}
+    said = {"path": analysis.path, "summary": analysis.summary, "findings": msgspec.to_builtins(analysis.findings)}
     if probe is None:
-        said |= {"declared": found.declared}
-    print_json({**said, **tables, "notes": found.notes, "written": found.written})
+        said |= {"declared": analysis.declared}
+    print_json({**said, **tables, "notes": analysis.notes, "written": analysis.written})
 
 
 def _prepare(folders: Sequence[Path]) -> None:

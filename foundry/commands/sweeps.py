@@ -170,16 +170,16 @@ The arguments of this function are the folder, the settings, the facts about the
 
 
 def run_checked(
-    found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
+    checked: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
 ) -> int:
     """Prepare the folder of a checked sweep, play its runs, and return the exit code."""
-    for line in found.notes:
+    for line in checked.notes:
         say(line)
-    folder = found.create()
-    if found.settings["analyze"]:
+    folder = checked.create()
+    if checked.settings["analyze"]:
         _say_seeds_lacking(folder.path)
     prepare(folder)
-    return run(folder, found.settings, found.infos, found.runner)
+    return run(folder, checked.settings, checked.infos, checked.runner)
 
 
 def _say_seeds_lacking(path: Path) -> None:
@@ -396,11 +396,11 @@ def status(
         whole = fetch is None or _fetched(place, fetch)
     opened = SweepFolder.open(fetch or Path(place))
     summaries = [run.summary() for run in opened.runs()]
-    found, failed = standings(opened, summaries), failures(summaries)
+    shown, failed = standings(opened, summaries), failures(summaries)
     if json:
-        print_json({"sweep": opened.path, "models": found, "failed": failed, **_judged(opened)})
+        print_json({"sweep": opened.path, "models": shown, "failed": failed, **_judged(opened)})
     else:
-        console().print(status_table(found))
+        console().print(status_table(shown))
         for line in failure_lines(failed, None) if is_verbose() else failure_lines(failed):
             print(f"failed {line}")
         _print_judged(opened)
@@ -425,13 +425,13 @@ def _judged(folder: SweepFolder) -> dict[str, Any]:
     from foundry.storing.standing import unread
 
     lost = [
-        {"model": one.model, "replies": one.replies, "share": one.share, "outcomes": one.outcomes,
-         "examples": one.examples}
-        for one in unread(folder.runs())
+        {"model": of_model.model, "replies": of_model.replies, "share": of_model.share, "outcomes": of_model.outcomes,
+         "examples": of_model.examples}
+        for of_model in unread(folder.runs())
     ]  # fmt: skip
     repeated = [
-        {"model": one.name, "why": one.why or None}
-        | {name: one.repeats and getattr(one.repeats, name) for name in ("at_once", "alone", "loaded")}
-        for one in told_of(folder)
+        {"model": line.name, "why": line.why or None}
+        | {name: line.repeats and getattr(line.repeats, name) for name in ("at_once", "alone", "loaded")}
+        for line in told_of(folder)
     ]
     return {"unread": lost, "determinism": repeated}

@@ -55,8 +55,8 @@ def verify(
     folder, runs = runs_at(path)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
     with only_json(json):
-        found = verify_runs(folder, runs, workers=min(workers or joblib.cpu_count(), len(runs)), frames=frames)
-        results = sorted(with_bar(found, "verifying", len(runs)), key=lambda one: one.run)
+        verified = verify_runs(folder, runs, workers=min(workers or joblib.cpu_count(), len(runs)), frames=frames)
+        results = sorted(with_bar(verified, "verifying", len(runs)), key=lambda result: result.run)
     counts = {verdict: sum(result.verdict == verdict for result in results) for verdict in Verdict}
     apart = list(weights_apart(runs))
     if json:
@@ -65,7 +65,7 @@ def verify(
         _say_verified(results, counts)
         for line in apart:
             print(for_screen(line))
-    if apart or any(counts[one] for one in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
+    if apart or any(counts[verdict] for verdict in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
         raise typer.Exit(EXIT_FAILED)
 
 

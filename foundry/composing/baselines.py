@@ -97,7 +97,7 @@ def _conditions(
 
 
 def _suited(stage: Stage) -> list[dict[str, Any]]:
-    nulls, bounds = ([one for one in map(_model, names) if stage.suits(build(one))] for names in (NULLS, BOUNDS))
+    nulls, bounds = ([model for model in map(_model, names) if stage.suits(build(model))] for names in (NULLS, BOUNDS))
     return [*nulls[:1], *bounds]
 
 
@@ -113,9 +113,9 @@ def _model(name: str) -> dict[str, Any]:
     places = [folder / f"{name}.yaml" for folder in folders] if _NAME.fullmatch(name) else []
     file = next((place for place in places if place.is_file()), None)
     if file is None:
-        known = [one.relative_to(folder).with_suffix("") for folder in folders for one in folder.rglob("*.yaml")]
+        known = [file.relative_to(folder).with_suffix("") for folder in folders for file in folder.rglob("*.yaml")]
         hint = "Your own policies are in the folder model/ of --config-dir."
-        raise not_found("Baseline", name, [one.as_posix() for one in known], hint)
+        raise not_found("Baseline", name, [name.as_posix() for name in known], hint)
     text = file.read_text(encoding="utf-8")
     config = load_plain(text, file)
     if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config or "${" in text:
@@ -123,8 +123,8 @@ def _model(name: str) -> dict[str, Any]:
             f"Baseline '{name}' cannot be used: {file} must have a `name`, and neither `defaults` nor references "
             "such as ${seed}."
         )
-    found: dict[str, Any] = with_public_names(config)
-    return found
+    model: dict[str, Any] = with_public_names(config)
+    return model
 
 
 def _is_of_world(key: str) -> bool:

@@ -110,20 +110,20 @@ def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
     parser.add_argument("--cfg", "-c", choices=("job", "hydra", "all"))
     parser.add_argument("--info", "-i", nargs="?", choices=_INFO)
     try:
-        found, unknown = parser.parse_known_intermixed_args(argv)
+        known, unknown = parser.parse_known_intermixed_args(argv)
     except argparse.ArgumentError as error:
         raise InputError(f"{error}. The command with --help lists its options.") from error
     if unknown:
         raise InputError(f"Unknown option '{unknown[0]}'. The command with --help lists its options.")
     folders = 2 * len(list(own_code.config_dirs(argv)))
-    flags = [arg for arg in argv[: len(argv) - folders] if arg not in found.overrides]
+    flags = [arg for arg in argv[: len(argv) - folders] if arg not in known.overrides]
     multirun = [flag for flag in flags if flag in _MULTIRUN]
     if multirun and len(flags) > len(multirun):
         raise InputError("--cfg and --info show one run: leave out -m.")
     ranges = [arg for arg in argv if has_range(arg)]
     if ranges and not multirun and not any(arg.startswith("+sweep=") for arg in argv):
         raise InputError(f"'{ranges[0]}' asks for several runs. Add -m, as in: foundry -m {' '.join(argv)}")
-    return flags, found.overrides
+    return flags, known.overrides
 
 
 def _existing_folders(argv: Sequence[str]) -> list[Path]:
@@ -236,7 +236,7 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
         for override in condition:
             key, _, value = override.partition("=")
             values.setdefault(key.lstrip("+"), set()).add(value)
-    swept = [key for key, found in values.items() if len(found) > 1]
+    swept = [key for key, levels in values.items() if len(levels) > 1]
     for key in swept:
         if re.split(r"[.@/]", key)[0] not in _SWEPT_ONLY:
             raise InputError(

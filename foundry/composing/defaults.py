@@ -103,9 +103,9 @@ def read_defaults() -> Defaults:
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
-    found, (groups, keys) = dict(dotted(resolved(read_config(file), file))), _known()
-    choices = {key: value for key, value in found.items() if key in groups and isinstance(value, str)}
-    settings = {key: value for key, value in found.items() if key not in choices}
+    set_values, (groups, keys) = dict(dotted(resolved(read_config(file), file))), _known()
+    choices = {key: value for key, value in set_values.items() if key in groups and isinstance(value, str)}
+    settings = {key: value for key, value in set_values.items() if key not in choices}
     for key in settings:
         if key not in keys:
             more = (
@@ -126,15 +126,15 @@ def _known() -> tuple[set[str], set[str]]:
     return groups, {key for part in parts for key, _ in dotted(part) if not key.endswith("_target_")}
 
 
-def resolved(found: Any, file: Path) -> dict[str, Any]:
+def resolved(config: Any, file: Path) -> dict[str, Any]:
     """Return the settings of a file, with references such as `${oc.env:HOME}` replaced by their values."""
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
-    if not isinstance(found, Mapping | None):
+    if not isinstance(config, Mapping | None):
         raise InputError(f"{file} contains no settings. Write one per line, such as cache.path: answers.sqlite")
     try:
-        resolved: Any = OmegaConf.to_container(OmegaConf.create(dict(found or {})), resolve=True)
+        resolved: Any = OmegaConf.to_container(OmegaConf.create(dict(config or {})), resolve=True)
     except (OmegaConfBaseException, ValueError) as error:
         raise InputError(f"{file} cannot be used: {str(error).splitlines()[0]}") from error
     return {str(key): value for key, value in resolved.items()}

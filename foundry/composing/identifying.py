@@ -48,7 +48,7 @@ def _measured(
     sweep: Sweep, infos: Mapping[str, ModelInfo], opened: Callable[[str], Answers | None], cache: str
 ) -> Iterator[tuple[Model, str, KnownWeights]]:
     configs = {settings_key(condition.config["model"]): condition.config["model"] for condition in sweep.conditions}
-    measured = {key: info for key, info in infos.items() if any(one.measured for one in each_info(info))}
+    measured = {key: info for key, info in infos.items() if any(model_info.measured for model_info in each_info(info))}
     answers = opened(cache) if measured else None
     if answers is None:
         return

@@ -88,10 +88,10 @@ def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tupl
     """Return a model that answers from the cache only, and the wrappers that count found and missing answers."""
     readers: list[_CacheOnly] = []
 
-    def reading(one: Model) -> Model:
-        if not one.costs:
-            return one
-        readers.append(_CacheOnly(one, answers, silent=silent))
+    def reading(member: Model) -> Model:
+        if not member.costs:
+            return member
+        readers.append(_CacheOnly(member, answers, silent=silent))
         return readers[-1]
 
     return model.wrapped(reading), readers

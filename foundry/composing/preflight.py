@@ -199,7 +199,10 @@ def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
 def check_begun(there: SweepFolder, sweep: Sweep) -> None:
     """Raise an error if the worlds of a sweep have changed since its recorded runs began."""
     here = there.with_scenes(sweep).conditions
-    worlds = {settings_key(one.config["world"]): placed for one, placed in zip(sweep.conditions, here, strict=True)}
+    worlds = {
+        settings_key(condition.config["world"]): placed
+        for condition, placed in zip(sweep.conditions, here, strict=True)
+    }
     keys = [settings_key(condition.config["world"]) for condition in there.sweep.conditions]
     for run in there.runs():
         key = keys[run.run.condition]
@@ -220,12 +223,16 @@ def _declared(scenario: Scenario) -> Declared:
 def _check_answers(model: Model, questions: Sequence[Question]) -> None:
     """Raise an error if a model, or a member of a population, cannot answer a world's questions."""
 
-    def checked(one: Model) -> Model:
-        if isinstance(getattr(one, "remote", None), bool):  # else no answer would be cached, and all would cost again
-            raise InputError(f"Model '{one.name}' has an attribute `remote`, which is called `costs` now. Rename it.")
+    def checked(member: Model) -> Model:
+        if isinstance(
+            getattr(member, "remote", None), bool
+        ):  # else no answer would be cached, and all would cost again
+            raise InputError(
+                f"Model '{member.name}' has an attribute `remote`, which is called `costs` now. Rename it."
+            )
         for question in questions:
-            one.check(question)
-        return one
+            member.check(question)
+        return member
 
     model.wrapped(checked)
 

@@ -66,7 +66,7 @@ def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapp
 def _literal(value: Any) -> Any:
     """Return settings with `${` escaped, so that Hydra resolves no reference in the text of a record."""
     if isinstance(value, str):
-        return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
+        return _INTERPOLATION.sub(lambda match: 2 * match[1] + r"\${", value)
     if isinstance(value, Mapping):
         return {key: _literal(inner) for key, inner in value.items()}
     return [_literal(inner) for inner in value] if isinstance(value, list | tuple) else value
@@ -124,8 +124,8 @@ def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condi
         alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
             one
         )
-    for found in alike.values():
-        yield replace(found[0], seeds=tuple(dict.fromkeys(seed for one in found for seed in one.seeds)))
+    for group in alike.values():
+        yield replace(group[0], seeds=tuple(dict.fromkeys(seed for condition in group for seed in condition.seeds)))
 
 
 def _composed(
@@ -141,7 +141,7 @@ def _check_seeds(folder: SweepFolder) -> None:
     for condition in folder.sweep.conditions:
         names: Mapping[str, Any] = {role: condition.config[role]["name"] for role in ("world", "model", "prompt")}
         alike.setdefault(settings_key({**names, **condition.factors}), []).append(set(condition.seeds))
-    apart = (len(found) > 1 and _are_apart(found) for found in alike.values())
+    apart = (len(seeds_each) > 1 and _are_apart(seeds_each) for seeds_each in alike.values())
     if _OF_THE_SEED.search(folder.multirun()) or any(apart):
         raise InputError(
             f"Settings in '{folder.path}' depend on the seed, and foundry does not know their values for new seeds. "
@@ -150,4 +150,4 @@ def _check_seeds(folder: SweepFolder) -> None:
 
 
 def _are_apart(sets: Sequence[set[int]]) -> bool:
-    return all(one.isdisjoint(other) for one, other in itertools.combinations(sets, 2))
+    return all(seeds.isdisjoint(other) for seeds, other in itertools.combinations(sets, 2))

@@ -85,7 +85,9 @@ def check_settings_of_hydra(argv: Sequence[str]) -> None:
     """Reject settings of Hydra that would have no effect, since foundry uses Hydra only to compose."""
     for arg in argv:
         key = arg.lstrip("+~").partition("=")[0]
-        if key.startswith(("hydra.", "hydra/")) and not f"{key}.".startswith(tuple(f"{one}." for one in USED_OF_HYDRA)):
+        if key.startswith(("hydra.", "hydra/")) and not f"{key}.".startswith(
+            tuple(f"{name}." for name in USED_OF_HYDRA)
+        ):
             raise InputError(
                 f"'{key}' is a setting of Hydra that foundry does not use. It uses: {', '.join(USED_OF_HYDRA)}. "
                 "Write a sweep as -m key=a,b and its folder as output.dir=DIR."

@@ -73,10 +73,10 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
     """Return the named settings and all settings below them; all settings if none is named."""
     known = list(settings)
-    for one in wanted:
-        if not any(_is_below(setting.setting, one) for setting in known):
-            raise not_found("Setting", one, (setting.setting for setting in known))
-    return [one for one in known if not wanted or any(_is_below(one.setting, part) for part in wanted)]
+    for wish in wanted:
+        if not any(_is_below(setting.setting, wish) for setting in known):
+            raise not_found("Setting", wish, (setting.setting for setting in known))
+    return [setting for setting in known if not wanted or any(_is_below(setting.setting, part) for part in wanted)]
 
 
 def decides_answers(setting: str) -> bool:
@@ -97,7 +97,7 @@ def _is_below(key: str, other: str) -> bool:
 
 
 def _origin(key: str, value: Any, raw: str, said: set[str], defaults: Mapping[str, Any]) -> str:
-    if any(key == one or (_is_below(key, one) and "." in one) for one in said):
+    if any(key == named or (_is_below(key, named) and "." in named) for named in said):
         return "command line"
     if key in defaults and defaults[key] == value:
         return "user file"
@@ -110,4 +110,4 @@ def _masked(key: str, value: Any) -> Any:
         return MASKED
     if isinstance(value, str):
         return _USER.sub(f"{MASKED}@", value) if _ADDRESS.search(key) else without_secrets(value)
-    return [_masked(key, one) for one in value] if isinstance(value, list | tuple) else value
+    return [_masked(key, item) for item in value] if isinstance(value, list | tuple) else value

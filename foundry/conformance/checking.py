@@ -123,7 +123,7 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
         for key, title, kind, case in _cases(condition.config, condition.seeds[0], (chosen, measured, edited)):
             if key not in findings:
                 findings[key] = examine(title, CHECKS[kind], case())
-    return [finding for found in findings.values() for finding in found]
+    return [finding for group in findings.values() for finding in group]
 
 
 def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

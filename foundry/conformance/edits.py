@@ -45,7 +45,7 @@ class EditCase:
     def applied(self, question: Question) -> Question | None:
         """Return the edited question; the edit gets a copy, which it may change."""
         copy = replace(question, observation=deepcopy(dict(question.observation)))
-        return self.edit.applied(copy, [one for one in self.questions if one is not question])
+        return self.edit.applied(copy, [asked for asked in self.questions if asked is not question])
 
 
 def changes_something(case: EditCase) -> str:

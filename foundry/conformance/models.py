@@ -112,9 +112,9 @@ def _key(model: Model) -> str:
     return RequestKeys(model, None).key((), 0)
 
 
-def _builds_the_same(case: ModelCase, change: _Change, kept: str) -> bool:
+def _builds_the_same(case: ModelCase, change: _Change, before: str) -> bool:
     try:
-        return _key(case.build({**case.settings, **change.settings})) == kept
+        return _key(case.build({**case.settings, **change.settings})) == before
     except (FoundryError, TypeError, ValueError):
         return False  # the model rejects this value, so nothing can be checked
 
@@ -165,7 +165,11 @@ def leaves_the_observation_as_it_is(case: ModelCase) -> None:
     requests = case.asked()
     before = [deepcopy(dict(request.observation)) for request in requests]
     asyncio.run(case.placed().ask_all(requests))
-    changed = [one.kind for one, kept in zip(requests, before, strict=True) if dict(one.observation) != kept]
+    changed = [
+        request.kind
+        for request, observation in zip(requests, before, strict=True)
+        if dict(request.observation) != observation
+    ]
     require(
         not changed,
         f"the model changes the observation of a '{changed[0] if changed else ''}' question: change only a copy",
@@ -186,12 +190,12 @@ def refuses_other_kinds(case: ModelCase) -> None:
 
 def fits_into_a_run(case: ModelCase) -> None:
     """In a run, the model keeps its name, and each agent gets the same model in equal runs."""
-    one, other = case.placed(), case.placed()
-    for placed in (one, other):
+    first, other = case.placed(), case.placed()
+    for placed in (first, other):
         require(isinstance(placed, Model), f"in_run() returns {placed!r}: return a Model, such as self")
         require(
             placed.name == case.make().name,
             f"in_run() changes the model's name from '{case.make().name}' to '{placed.name}': keep the name",
         )
-    is_same = one.roster() == other.roster()
+    is_same = first.roster() == other.roster()
     require(is_same, "in_run() assigns agents to models differently in equal runs: draw with the run's seed")

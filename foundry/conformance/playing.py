@@ -215,19 +215,21 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
     opened: list[Asked] = []
     while not world.finished and len(answered) <= most:
         ready = ahead.ready()
-        answered |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
-        opened += [one.asked for one in ready]
+        answered |= {
+            question.asked: (question, answer) for question, answer in zip(ready, answering(ready), strict=True)
+        }
+        opened += [question.asked for question in ready]
         require(bool(opened), f"after {world.step} steps ready() returns no questions, although no answer is awaited")
         one = opened.pop(pick(len(opened)))
         ahead.take(one, answered[one][1])
         while whole := ahead.next_round():
-            missing = [one for one in whole if one not in answered or one in opened]
+            missing = [place for place in whole if place not in answered or place in opened]
             require(
                 not missing,
                 f"next_round() returned question {missing[:1]}, which has no answer yet; wait for all answers",
             )
-            questions = tuple(answered[one][0] for one in whole)
-            records = world.advance([answered[one][1] for one in whole])
+            questions = tuple(answered[place][0] for place in whole)
+            records = world.advance([answered[place][1] for place in whole])
             turns.append(Turn(questions, tuple(records), world.step))
     return Episode(opening, tuple(turns), world.finished, tuple(world.pending()), {})
 
@@ -324,4 +326,4 @@ def request_of(question: Question, seed: int) -> Request:
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
     """Return the chosen model if it costs nothing and can act here; else a shipped policy; None if none can act."""
     stage = Stage(scenario, seed)
-    return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)
+    return next((policy for policy in (chosen, *POLICIES) if stage.suits(build(policy))), None)

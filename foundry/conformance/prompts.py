@@ -61,7 +61,9 @@ def _named(source: str) -> set[str]:
     environment = environment_of()
     tree = environment.parse(source)
     names = {
-        one.node.name for one in tree.find_all(nodes.Test) if one.name == "defined" and isinstance(one.node, nodes.Name)
+        test.node.name
+        for test in tree.find_all(nodes.Test)
+        if test.name == "defined" and isinstance(test.node, nodes.Name)
     }
     return set(meta.find_undeclared_variables(tree)) - names - set(environment.globals)
 

@@ -126,7 +126,10 @@ def _spoiled(case: WorldCase) -> Answering:
 
     def answers(questions: Sequence[Question]) -> list[Answer]:
         pairs = zip(questions, case.answers(questions), strict=True)
-        return [bad[(one.step + one.agent) % len(bad)] if one.agent % 2 else usual for one, usual in pairs]
+        return [
+            bad[(question.step + question.agent) % len(bad)] if question.agent % 2 else usual
+            for question, usual in pairs
+        ]
 
     return answers
 

@@ -119,9 +119,9 @@ def says_what_it_takes(case: SignatureCase) -> None:
 
 def measures_what_it_describes(case: SignatureCase) -> None:
     """Every measure is a number within the range that MEASURES states."""
-    for found in case.measured():
-        require(isinstance(found, dict), f"measure returns {type(found).__name__}: return a dict of floats")
-        for name, value in found.items():
+    for values in case.measured():
+        require(isinstance(values, dict), f"measure returns {type(values).__name__}: return a dict of floats")
+        for name, value in values.items():
             require(isinstance(value, Real), f"'{name}' is {value!r}: return a number")
             _check_range(name, value, case.module.MEASURES)
 

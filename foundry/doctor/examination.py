@@ -212,10 +212,10 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
             "canary", model.name, Status.OK, "it answers; the cache of answers contains no canary to compare it with"
         )
         return
-    distance = max((Distance.between(signs, reply) for reply in replies), key=lambda one: one.order)
+    distance = max((Distance.between(signs, reply) for reply in replies), key=lambda distance_to: distance_to.order)
     status = Status.OK if distance.verdict is Verdict.SAME else Status.WARNING
-    found = f"weights compared with those that gave the cached answers: {distance.verdict} ({distance})"
-    yield Finding("canary", model.name, status, found)
+    result = f"weights compared with those that gave the cached answers: {distance.verdict} ({distance})"
+    yield Finding("canary", model.name, status, result)
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
@@ -232,15 +232,18 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
 
 async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
     """Report whether the prompt is also too long with replies of common length, or only with the longest ones."""
-    name, found = use.model.name, f"the longest possible prompt ({longest.characters:,} characters) is refused: {error}"
+    name, result = (
+        use.model.name,
+        f"the longest possible prompt ({longest.characters:,} characters) is refused: {error}",
+    )
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
         await use.model.ask(request_of(use, common.question))
     except RequestError:
-        return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
-    found = f"with shorter replies, the longest prompt ({common.characters:,} characters) fits; {found}"
+        return Finding("context", name, Status.PROBLEM, result, "Raise the context, or shorten the history.")
+    result = f"with shorter replies, the longest prompt ({common.characters:,} characters) fits; {result}"
     return Finding(
-        "context", name, Status.WARNING, found, "A run with very long replies would fail: raise the context."
+        "context", name, Status.WARNING, result, "A run with very long replies would fail: raise the context."
     )
 
 
@@ -249,16 +252,16 @@ def _fit(
 ) -> Finding:
     if tokens is None or room is None:
         return Finding("context", name, Status.SKIPPED, "the server reports no token counts or no context length")
-    found = f"longest prompt: {tokens:,} tokens ({longest.characters:,} characters); context: {room:,} tokens"
+    result = f"longest prompt: {tokens:,} tokens ({longest.characters:,} characters); context: {room:,} tokens"
     if tokens <= room // 2 + 2 < longest.characters // CUT_BEYOND:
-        return Finding("context", name, Status.PROBLEM, f"{found}; the server cuts the prompt", "Raise the context.")
+        return Finding("context", name, Status.PROBLEM, f"{result}; the server cuts the prompt", "Raise the context.")
     if info.context_length is not None and info.context_length < room:
         advice = f"The model was trained with at most {info.context_length:,} tokens: lower the context to this number."
-        return Finding("context", name, Status.WARNING, found, advice)
+        return Finding("context", name, Status.WARNING, result, advice)
     if tokens + limit > room:
         advice = f"After the longest prompt, a reply of {limit:,} tokens would be cut: raise the context."
-        return Finding("context", name, Status.WARNING, found, advice)
-    return Finding("context", name, Status.OK, found)
+        return Finding("context", name, Status.WARNING, result, advice)
+    return Finding("context", name, Status.OK, result)
 
 
 def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
@@ -279,8 +282,8 @@ def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
 def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding]:
     share = f"{measured.equal_under_load:.0%} of the answers are the same under load"
     if not measured.alone_equal:
-        found = f"a call that was sent twice got two different answers; {share}"
-        seeds = Finding("seeds", name, Status.WARNING, found, "Seeds have no effect.")
+        result = f"a call that was sent twice got two different answers; {share}"
+        seeds = Finding("seeds", name, Status.WARNING, result, "Seeds have no effect.")
     elif measured.equal_under_load < 1:
         advice_seeds = "Parallel calls change answers, so only cached and recorded answers make a study repeatable."
         seeds = Finding("seeds", name, Status.WARNING, f"a call alone repeats its answer; {share}", advice_seeds)

@@ -71,7 +71,7 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
     room = int(reply_tokens * CHARACTERS_PER_TOKEN)
     questions = (question for step in _wordy_steps(scenario, seed, room) for question in step)
     sized = (SizedPrompt(question, _characters(prompt, question)) for question in questions)
-    return max(sized, key=lambda one: one.characters)
+    return max(sized, key=lambda prompt: prompt.characters)
 
 
 def spread_questions(scenario: Scenario, seed: int, count: int) -> list[Question]:

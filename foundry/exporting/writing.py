@@ -245,7 +245,7 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     """Write a sweep in the format of another tool."""
     writer = _writer(what)
     every = conditions(folder)
-    ended = [one for one in every if one.runs]
+    ended = [condition for condition in every if condition.runs]
     if not ended:
         raise InputError(
             f"No run of '{folder.path}' has ended, so nothing can be exported. Continue it with foundry resume."
@@ -257,7 +257,7 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     if any(path.iterdir()):
         raise InputError(f"'{path}' is not empty. Name a new or an empty folder for the export.")
     files = writer(ended, scores, path)
-    return Written(path, files.paths, sum(len(one.runs) for one in ended), (*_missing(every), *files.notes))
+    return Written(path, files.paths, sum(len(condition.runs) for condition in ended), (*_missing(every), *files.notes))
 
 
 def _writer(what: str) -> Write:
@@ -271,5 +271,5 @@ def _writer(what: str) -> Write:
 
 
 def _missing(every: Sequence[ExportedCondition]) -> list[str]:
-    left = {one.label: one.asked - len(one.runs) for one in every}
+    left = {condition.label: condition.asked - len(condition.runs) for condition in every}
     return [f"{condition}: {runs} unfinished runs are left out" for condition, runs in left.items() if runs]

@@ -106,8 +106,8 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         if self.near_is_pattern:
             pattern = re.compile(self.near)
             return lambda text, _: pattern.search(text) is not None
-        found: Callable[[str, Context], bool] = _function(self, "near", self.near) if self.near else lambda *_: False
-        return found
+        function: Callable[[str, Context], bool] = _function(self, "near", self.near) if self.near else lambda *_: False
+        return function
 
 
 def _function(label: Label, key: str, target: str) -> Any:
@@ -168,7 +168,9 @@ def read_label(file: Path) -> Label:
         ) from error
     choices = () if known.choices == ACTIONS else tuple(_text(choice) for choice in known.choices)
     _check(where, choices, known)
-    rule, near = (one.target if isinstance(one, _Target) else one or "" for one in (known.rule, known.near))
+    rule, near = (
+        pattern.target if isinstance(pattern, _Target) else pattern or "" for pattern in (known.rule, known.near)
+    )
     return Label(
         name=file.stem,
         question=known.question.strip(),

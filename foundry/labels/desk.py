@@ -64,7 +64,7 @@ class LabelDesk:
     ) -> None:
         """Read the labels that people have given so far; `clock` returns the present time in seconds."""
         self._folder, self._label, self._clock = folder, label, clock
-        self._drawn = {one.item: one for one in sample.drawn}
+        self._drawn = {drawn.item: drawn for drawn in sample.drawn}
         self._lock = threading.Lock()
         self._labels = {person: folder.labels_by(person) for person in folder.people()}
         self._now: dict[str, tuple[str, float]] = {}
@@ -140,16 +140,16 @@ class LabelDesk:
         drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
         ranks: Counter[int] = Counter()
         rounds: dict[str, tuple[int, bytes]] = {}
-        for item in sorted(self._drawn, key=lambda one: drawn_by[one]):
+        for item in sorted(self._drawn, key=lambda item_id: drawn_by[item_id]):
             stratum = self._drawn[item].stratum
             rounds[item] = ranks[stratum], drawn_by[item]
             ranks[stratum] += 1
-        return sorted(rounds, key=lambda one: rounds[one])
+        return sorted(rounds, key=lambda item_id: rounds[item_id])
 
     def _add(self, person: str, item: str, label: str | None, seconds: float | None) -> None:
         """Write a label of a text and of all equal texts in the sample; None withdraws the label."""
         labels = self._known(person)
-        for same in (*(one for one in self._same[item] if one != item), item):
+        for same in (*(equal for equal in self._same[item] if equal != item), item):
             self._folder.add(person, Entry(item=same, label=label, seconds=seconds))
             labels.pop(same, None)
             if label is not None:
@@ -163,15 +163,15 @@ class LabelDesk:
     def _count(self, person: str) -> int:
         return sum(item in self._drawn for item in self._labels[person])
 
-    def _shown(self, one: Drawn) -> Shown:
-        options = (*self._label.options(one.context), UNCLEAR)
+    def _shown(self, drawn: Drawn) -> Shown:
+        options = (*self._label.options(drawn.context), UNCLEAR)
         is_known = self._label.choices == (YES, "no")
         keys = [_LETTERS[option] if option == UNCLEAR or is_known else str(n) for n, option in enumerate(options, 1)]
-        question, *guidance = self._label.asked(one.context)
-        told = str(one.context.get("told", "")) if "$told" not in self._label.question else ""
+        question, *guidance = self._label.asked(drawn.context)
+        told = str(drawn.context.get("told", "")) if "$told" not in self._label.question else ""
         return Shown(
-            item=one.item,
-            text=one.text,
+            item=drawn.item,
+            text=drawn.text,
             question=question,
             guidance=tuple(guidance),
             told=told,

@@ -104,8 +104,8 @@ class LabelFolder:
 
     def judges(self) -> list[Judge]:
         """Return the answers of all models, sorted by the names of their files."""
-        found = (json_file(file, Judge) for file in sorted(plain(self.path / "models").glob("*.json")))
-        return [judge for judge in found if judge is not None]
+        judges = (json_file(file, Judge) for file in sorted(plain(self.path / "models").glob("*.json")))
+        return [judge for judge in judges if judge is not None]
 
     def keep_judge(self, judge: Judge) -> Path:
         """Store the answers of a model in place of its earlier answers, and return the file."""

@@ -138,29 +138,29 @@ def first_aware(
         sighted: a step, and an agent that perceives a fire in this step.
         heard: a step, an agent that receives a text in this step, and the text; the agent knows from the next step on.
     """
-    found: dict[int, int] = {}
+    first_steps: dict[int, int] = {}
     for step, agent in sighted:
-        found[agent] = min(found.get(agent, step), step)
+        first_steps[agent] = min(first_steps.get(agent, step), step)
     rule = label.rule_function()
     if rule is None:
-        return found
+        return first_steps
     warns: dict[str, bool] = {}
     for step, agent, text in heard:
         if text not in warns:
             warns[text] = rule(text, context) == label.choices[0]
         if warns[text]:
-            found[agent] = min(found.get(agent, step + 1), step + 1)
-    return found
+            first_steps[agent] = min(first_steps.get(agent, step + 1), step + 1)
+    return first_steps
 
 
 def _heard_in(run: RunFolder) -> Iterator[tuple[int, int, str]]:
-    for one in lines_of(run.messages_bytes(), Message, run.stream_path("messages")):
-        yield one.step, one.recipient, one.text
+    for message in lines_of(run.messages_bytes(), Message, run.stream_path("messages")):
+        yield message.step, message.recipient, message.text
 
 
 def _decisions_in(run: RunFolder) -> Iterator[Item]:
     """Yield the replies to questions for which the world declares actions, without empty replies."""
-    actions = {kind: one.labels for kind, one in run.declared.actions.items()}
+    actions = {kind: declared_actions.labels for kind, declared_actions in run.declared.actions.items()}
     only = next(iter(actions)) if len(actions) == 1 else ""
     lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))
     placed = (((line["step"], line["agent"], line.get("kind", only)), line) for line in lines)
@@ -189,7 +189,7 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
     if line.get("outcome") in _UNREAD:
         return NONE
     done = [line.get(key) for key in compared_of(form).acted] if line.get("outcome") in _READ else []
-    return next((one for one in reversed(done) if isinstance(one, str) and one in actions), "")
+    return next((action for action in reversed(done) if isinstance(action, str) and action in actions), "")
 
 
 def recorded_action(_: str, context: Context) -> str | None:

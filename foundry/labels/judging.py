@@ -51,7 +51,7 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
     info = await model.inspect()
     keys = RequestKeys(model, info.digest)
     every = [*texts, *by_hand]
-    replies = await model.ask_all([_request(label.judged(*one), keys) for one in every])
+    replies = await model.ask_all([_request(label.judged(*text), keys) for text in every])
     judged = tuple(
         Judgement(
             text=text, context=dict(context), label=read_answer(reply.text, label.options(context)), reply=reply.text
@@ -72,7 +72,7 @@ async def judge(model: Model, label: Label, texts: Texts, by_hand: Texts = ()) -
 
 def _check_readable(model: str, label: Label, judged: Sequence[Judgement]) -> None:
     """Raise an error if none of the answers is a choice, because no measure could be computed."""
-    if judged and all(one.label is None for one in judged):
+    if judged and all(judgement.label is None for judgement in judged):
         choices = " nor ".join(label.options(judged[0].context))
         raise FoundryError(
             f"Model '{model}' answered neither {choices} to any of {counted(len(judged), 'text')}; its first answer "

@@ -130,7 +130,7 @@ def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable
     for (draw, model), by_stratum in sorted(groups.items(), key=lambda group: group[0][0]):
         shares = shares_of({says: len(some) for says, some in by_stratum.items()}, wanted[draw])
         for says, unsorted in sorted(by_stratum.items()):
-            some = sorted(unsorted, key=lambda one: (one.seed, one.run, one.step, one.agent, one.kind))
+            some = sorted(unsorted, key=lambda item: (item.seed, item.run, item.step, item.agent, item.kind))
             probability = shares[says] / len(some)
             offset = float(seeding.stream(sample.seed, f"labels:{label.name}:{draw}:{model}:{says}").random())
             drawn += [_drawn(some[index], len(strata)) for index in spread(len(some), probability, offset)]
@@ -155,7 +155,7 @@ def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
     All strata give equally many; if a stratum has too few texts, the others give more.
     """
     left, shares = float(most), dict[str, float]()
-    for number, name in enumerate(sorted(sizes, key=lambda one: sizes[one])):
+    for number, name in enumerate(sorted(sizes, key=lambda stratum: sizes[stratum])):
         shares[name] = min(float(sizes[name]), left / (len(sizes) - number))
         left -= shares[name]
     return shares

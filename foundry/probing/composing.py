@@ -133,7 +133,7 @@ def compose_probe(
     if asked.moves:
         _check_moves(asked.moves, scenario, moments.moments, past)
     content = msgspec.json.format(msgspec.json.encode(moments), indent=1) + b"\n"
-    seeds = tuple(sorted({one.seed for one in past.values()}))
+    seeds = tuple(sorted({source.seed for source in past.values()}))
     conditions = [
         _condition(condition, edit, asked.repeats, hashlib.sha256(content).hexdigest(), seeds)
         for condition in composed.conditions
@@ -153,8 +153,8 @@ def compose_probe(
 def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int) -> str:
     calls = counted(moments * len(conditions) * repeats, "call")
     asked = f"{counted(len(conditions), 'condition')}, {counted(repeats, 'repeat')}"
-    told = any("sampling" in condition.config["world"] for condition in conditions)
-    once = ", one for all repeats where probabilities suffice" if told else ""
+    names_sampling = any("sampling" in condition.config["world"] for condition in conditions)
+    once = ", one for all repeats where probabilities suffice" if names_sampling else ""
     return (
         f"{counted(moments, 'moment')} of {counted(runs, 'run')}, {asked}: at most {calls}, "
         f"fewer if an edit does not change every moment{once}"
@@ -186,15 +186,15 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
         kept = (
             config[key] if key == "sampling_seed" else without_format(config[key], key, given) for config in configs
         )
-        recorded = {settings_key({key: one}): one for one in kept}
+        recorded = {settings_key({key: config}): config for config in kept}
         if key not in given and len(recorded) > 1:
             raise _several(key, list(recorded.values()))
     return {key: value for key, value in configs[0].items() if key != "fork"}
 
 
 def _several(key: str, recorded: Sequence[Any]) -> InputError:
-    names = list(dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded))
-    formats = list(dict.fromkeys(format_of(one) for one in recorded)) if key == "prompt" else []
+    names = list(dict.fromkeys(str(model["name"] if isinstance(model, Mapping) else model) for model in recorded))
+    formats = list(dict.fromkeys(format_of(value) for value in recorded)) if key == "prompt" else []
     if len(names) == 1 and len(formats) > 1:
         key, names = FORMAT, formats
     elif len(names) == 1:
@@ -204,11 +204,11 @@ def _several(key: str, recorded: Sequence[Any]) -> InputError:
 
 
 def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    found = first_difference(without_servers(first), without_servers(second))
-    if found is None:
+    difference = first_difference(without_servers(first), without_servers(second))
+    if difference is None:
         return name
-    one, other = excerpts(*found[1:])
-    return f"{name} with {found[0]} {one} and {other}"
+    first_value, other = excerpts(*difference[1:])
+    return f"{name} with {difference[0]} {first_value} and {other}"
 
 
 def _moments(asked: _Asked, recorded: Mapping[str, Past], scenario: Scenario) -> tuple[Moments, dict[str, Past]]:
@@ -216,16 +216,16 @@ def _moments(asked: _Asked, recorded: Mapping[str, Past], scenario: Scenario) ->
         given = listed(Path(asked.moments), recorded)
         return kept_of(given.moments, recorded, given.strata)
     strata = strata_of(scenario, recorded)
-    found = drawn(recorded, _number("moments", asked.moments, 1), asked.moments_seed, asked.window, strata)
-    if not found:
+    moments = drawn(recorded, _number("moments", asked.moments, 1), asked.moments_seed, asked.window, strata)
+    if not moments:
         raise InputError("The recorded runs contain no question.")
-    return kept_of(found, recorded, [strata[one] for one in found] if strata else ())
+    return kept_of(moments, recorded, [strata[moment] for moment in moments] if strata else ())
 
 
 def _condition(
-    one: Condition, edit: Mapping[str, Any], repeats: int, moments: str, seeds: tuple[int, ...]
+    condition: Condition, edit: Mapping[str, Any], repeats: int, moments: str, seeds: tuple[int, ...]
 ) -> Condition:
-    source = one.config["world"]
+    source = condition.config["world"]
     world = {
         "_target_": PROBE,
         "name": f"probe of {source['name']}",
@@ -233,9 +233,9 @@ def _condition(
         "edit": dict(edit),
         "repeats": repeats,
         "moments": moments,
-        **_sampling_of(one.config["model"]),
+        **_sampling_of(condition.config["model"]),
     }
-    return Condition({**one.factors, "edit": edit["name"]}, {**one.config, "world": world}, seeds)
+    return Condition({**condition.factors, "edit": edit["name"]}, {**condition.config, "world": world}, seeds)
 
 
 def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:

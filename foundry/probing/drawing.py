@@ -135,7 +135,7 @@ def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
 
 def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
     """Yield one moment of each stratum in turn; within a stratum, take one of each window of steps in turn."""
-    queues = [_in_turns(list(strata[one].values()), rng) for one in sorted(strata)]
+    queues = [_in_turns(list(strata[stratum].values()), rng) for stratum in sorted(strata)]
     return _round_robin([queues[place] for place in rng.permutation(len(queues))])
 
 
@@ -165,15 +165,17 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
     """
     if not file.is_file():
         raise InputError(f"moments={file} is not a file. Give a number, or the moments.json of a probe.")
-    found = moments_in(file)
-    if not found.moments:
+    moments = moments_in(file)
+    if not moments.moments:
         raise InputError(f"moments={file} lists no moment. Give a number, or the moments.json of a probe.")
-    for run in by_run(found.moments):
+    for run in by_run(moments.moments):
         if run not in recorded:
             raise not_found("Run", run, recorded, f"{file} lists moments of this run.")
-    if kept_of(found.moments, recorded)[0].runs != found.runs or list(found.moments) != sorted(set(found.moments)):
+    if kept_of(moments.moments, recorded)[0].runs != moments.runs or list(moments.moments) != sorted(
+        set(moments.moments)
+    ):
         raise InputError(f"moments={file} was drawn from runs with other answers. Name the sweep with those runs.")
-    return found
+    return moments
 
 
 def kept_of(
@@ -182,5 +184,5 @@ def kept_of(
     """Return the content of `moments.json`, and the calls of each run up to its last moment."""
     last = {run: max(moment.step for moment in mine) for run, mine in by_run(moments).items()}
     past = {run: recorded[run].up_to(step) for run, step in sorted(last.items())}
-    runs = {run: Source(seed=one.seed, sha256=one.digest()) for run, one in past.items()}
+    runs = {run: Source(seed=source.seed, sha256=source.digest()) for run, source in past.items()}
     return Moments(runs=runs, moments=tuple(moments), strata=tuple(dict(one) for one in strata)), past

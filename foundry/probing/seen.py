@@ -179,7 +179,9 @@ class SeenProbe:
     @cached_property
     def formats(self) -> list[str]:
         """The names of the formats; `none` is first."""
-        return sorted({run.format for run in self._runs}, key=lambda one: (one != NO_FORMAT, one))
+        return sorted(
+            {run.format for run in self._runs}, key=lambda format_name: (format_name != NO_FORMAT, format_name)
+        )
 
     def overview(self) -> Overview:
         """Return all moments with the choices in them.
@@ -197,10 +199,19 @@ class SeenProbe:
             place = self._place(run)
             for moment, choices in self._choices(run).items():
                 answered[moment].append(Answered(*place, dict(choices.counts)))
-        told = moments.strata or ({},) * len(moments.moments)
+        strata_shown = moments.strata or ({},) * len(moments.moments)
         rows = [
-            Row(one.run, moments.runs[one.run].seed, one.step, one.agent, one.kind, one.again, strata, answered[one])
-            for one, strata in zip(moments.moments, told, strict=True)
+            Row(
+                moment.run,
+                moments.runs[moment.run].seed,
+                moment.step,
+                moment.agent,
+                moment.kind,
+                moment.again,
+                strata,
+                answered[moment],
+            )
+            for moment, strata in zip(moments.moments, strata_shown, strict=True)
         ]
         return Overview(list(self.models.values()), self.edits, self.formats, rows, missing)
 
@@ -222,10 +233,10 @@ class SeenProbe:
         moment = self.moment(number)
         prompts: list[list[dict[str, Any]]] = []
         answers = [
-            self._replies(run, found[moment], self._choices(run)[moment].expected, prompts)
+            self._replies(run, calls[moment], self._choices(run)[moment].expected, prompts)
             for run in self._asking(moment)
             if not plain or (run.edit, run.format) == (NONE, NO_FORMAT)
-            if moment in (found := self._calls(run))
+            if moment in (calls := self._calls(run))
         ]
         perceived, why = self._perceived(moment, self.edits[:1] if plain else self.edits)
         form = self._scenario(self.edits[0].name).source.form if perceived else ""
@@ -273,7 +284,7 @@ class SeenProbe:
 
     def _choices(self, run: _Run) -> dict[Moment, Choices]:
         if run.key not in self._counted:
-            self._counted[run.key] = {Moment(*place): found for place, found in choices_in(run.folder).items()}
+            self._counted[run.key] = {Moment(*place): choices for place, choices in choices_in(run.folder).items()}
         return self._counted[run.key]
 
     def _calls(self, run: _Run) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
@@ -305,15 +316,15 @@ class SeenProbe:
         return Replies(*self._place(run), prompt, replies, expected)
 
     def _perceived(self, moment: Moment, edits: Sequence[EditSeen]) -> tuple[list[Perceived], str]:
-        found = []
+        perceived = []
         try:
             for place, edit in enumerate(edits):
                 question = self._scenario(edit.name).asked_at(moment)
                 if question is not None:
-                    found.append(Perceived(place, dict(question.observation), len(question.images)))
+                    perceived.append(Perceived(place, dict(question.observation), len(question.images)))
         except FoundryError as error:
             return [], str(error)
-        return found, ""
+        return perceived, ""
 
     def _scenario(self, edit: str) -> ProbeScenario:
         if edit not in self._scenarios:
@@ -335,8 +346,8 @@ def _choice(run: _Run, line: ProbeStep) -> str:
 def _with_calls(folder: RunFolder) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
     lines = lines_of(folder.steps_bytes(), ProbeStep, folder.stream_path("steps"))
     placed = (((line.step, line.agent, line.kind), line) for line in lines)
-    found: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}
+    calls: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}
     for line, call in with_calls(placed, folder.calls()):
         moment = Moment(line.run, line.step, line.agent, line.kind, line.again)
-        found.setdefault(moment, []).append((line, call))
-    return found
+        calls.setdefault(moment, []).append((line, call))
+    return calls

@@ -127,25 +127,25 @@ class Format:
     def _in_order(self, text: str) -> str:
         """Format the text, and reorder its sections; text before the first section stays first."""
         first, *sections = re.split(f"(?m)^(?={_HEADING})", text)
-        last = next((number for number, one in enumerate(sections) if _REPLY in one), len(sections) - 1)
+        last = next((number for number, section in enumerate(sections) if _REPLY in section), len(sections) - 1)
         free = [number for number in range(len(sections)) if number != last]
         if self.chosen["order"] == AS_WRITTEN or len(free) < 2:
             return self._written(text)
         moved = dict(zip(free, self._moved([sections[number] for number in free]), strict=True))
-        ordered = [moved.get(number, one) for number, one in enumerate(sections)]
-        return self._written(first) + "\n\n".join(self._written(one.rstrip("\n")) for one in ordered)
+        ordered = [moved.get(number, section) for number, section in enumerate(sections)]
+        return self._written(first) + "\n\n".join(self._written(section.rstrip("\n")) for section in ordered)
 
     def _moved(self, sections: Sequence[str]) -> list[str]:
         if self.chosen["order"] == "reversed":
             return list(reversed(sections))
         # The order depends on the headings, so that an omitted section does not change the order of others.
         drawn = (seeding.stream(self.draw, f"section:{section.partition(_END)[0]}").random() for section in sections)
-        return [one for _, one in sorted(zip(drawn, sections, strict=True))]
+        return [section for _, section in sorted(zip(drawn, sections, strict=True))]
 
     def _written(self, text: str) -> str:
-        found = list(_MARKED.finditer(text))
+        marked = list(_MARKED.finditer(text))
         pieces, end = [], 0
-        for run in _runs(found, text):
+        for run in _runs(marked, text):
             pieces.append(text[end : run[0].start()])
             pieces.append(self._run(run, text))
             end = run[-1].end()
@@ -157,12 +157,12 @@ class Format:
             return str(self.chosen["heading"].format(cased(run[0]["text"])))
         if run[0]["mark"] in (_ITEM, _POINT):
             if run[0]["mark"] == _ITEM and self.chosen["structure"] == "json":
-                return json.dumps([one["text"] for one in run], ensure_ascii=False)
+                return json.dumps([match["text"] for match in run], ensure_ascii=False)
             marks = (self.chosen["item"].replace("{n}", str(number)) for number in range(1, len(run) + 1))
-            return _joined([mark + one["text"] for mark, one in zip(marks, run, strict=True)], run, text)
+            return _joined([mark + match["text"] for mark, match in zip(marks, run, strict=True)], run, text)
         if self.chosen["structure"] == "json":
-            return json.dumps({cased(one["label"]): one["value"] for one in run}, ensure_ascii=False)
-        return _joined([cased(one["label"]) + self.chosen["separator"] + one["value"] for one in run], run, text)
+            return json.dumps({cased(match["label"]): match["value"] for match in run}, ensure_ascii=False)
+        return _joined([cased(match["label"]) + self.chosen["separator"] + match["value"] for match in run], run, text)
 
 
 def unmarked(value: Any) -> Any:
@@ -181,32 +181,32 @@ def _lines_marked(part: str, *, last: bool) -> str:
 def _line_marked(line: str) -> str:
     text = line.lstrip(" ")
     for pattern, marks in _LINES:
-        if found := pattern.match(text):
+        if marked := pattern.match(text):
             # Jinja drops the line break after a tag, even without the mark.
             tail = "{##}" if text.endswith(("%}", "#}")) else ""
-            return line[: len(line) - len(text)] + marks.format(**found.groupdict()) + tail
+            return line[: len(line) - len(text)] + marks.format(**marked.groupdict()) + tail
     return line
 
 
-def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
+def _runs(matches: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
     """Yield groups of labels, or of list items, with only blanks between them; each heading is a group alone."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
-    for one in found:
+    for one in matches:
         before = places[-1][1] if places else None
         follows = before is not None and _kind(before) == _kind(one) and not text[before.end() : one.start()].strip()
         number += not (follows and _kind(one) in (_ITEM, _POINT, _LABEL))
         places.append((number, one))
     for _, run in groupby(places, key=lambda place: place[0]):
-        yield [one for _, one in run]
+        yield [match for _, match in run]
 
 
-def _kind(one: re.Match[str]) -> str:
-    return one["mark"] or _LABEL
+def _kind(match: re.Match[str]) -> str:
+    return match["mark"] or _LABEL
 
 
 def _joined(written: Sequence[str], run: Sequence[re.Match[str]], text: str) -> str:
-    between = [text[one.end() : other.start()] for one, other in zip(run, run[1:], strict=False)]
+    between = [text[match.end() : other.start()] for match, other in zip(run, run[1:], strict=False)]
     return "".join(part for pair in zip(written, [*between, ""], strict=True) for part in pair)
 
 

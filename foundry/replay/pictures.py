@@ -102,7 +102,7 @@ def _drawn(runs: tuple[Recording, ...], steps: Sequence[int], sheet: _Sheet | No
         return [Picture(step, png) for step, png in zip(steps, columns[0], strict=True)]
     texts = captions(runs)
     return [
-        Picture(step, tiled([_tile(*one, step) for one in zip(runs, texts, row, strict=True)], **asdict(sheet)))
+        Picture(step, tiled([_tile(*parts, step) for parts in zip(runs, texts, row, strict=True)], **asdict(sheet)))
         for step, row in zip(steps, zip(*columns, strict=True), strict=True)
     ]
 

@@ -31,8 +31,8 @@ class _Speech(msgspec.Struct):
 def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
     """Return the messages of each step, such as "agent 3 to 4, 7: hello". Messages that nobody received come last."""
     heard: dict[tuple[int, int, str], list[int]] = {}
-    for one in lines_of(recording.messages, Message, recording.folder):
-        heard.setdefault((one.step, one.sender, one.text), []).append(one.recipient)
+    for message in lines_of(recording.messages, Message, recording.folder):
+        heard.setdefault((message.step, message.sender, message.text), []).append(message.recipient)
     found: dict[int, list[tuple[bool, str]]] = {}
     for line in lines_of(recording.steps, _Speech, recording.folder):
         if isinstance(line.message, str):
@@ -87,7 +87,7 @@ def width_of(line: str) -> float:
 
 def _font_of(text: str) -> ImageFont.FreeTypeFont:
     """Return the first font that has all letters of a text; if none has them, the font that lacks the fewest."""
-    return _loaded(min(letters_by_file().items(), key=lambda one: len(lacking(text, one[1])))[0])
+    return _loaded(min(letters_by_file().items(), key=lambda font: len(lacking(text, font[1])))[0])
 
 
 @cache

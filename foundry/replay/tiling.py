@@ -21,10 +21,10 @@ def captions(recordings: Sequence[Recording]) -> list[str]:
     """Return a caption for each run: its model, its seed, and the other settings in which the runs differ."""
     identities = [dict(recording.identity) for recording in recordings]
     names = list(dict.fromkeys(name for identity in identities for name in identity))
-    told = [
+    lines = [
         name for name in names if name in ("model", "seed") or len({identity.get(name) for identity in identities}) > 1
     ]
-    return [", ".join(_said(name, identity[name]) for name in told if name in identity) for identity in identities]
+    return [", ".join(_said(name, identity[name]) for name in lines if name in identity) for identity in identities]
 
 
 def _said(name: str, value: str) -> str:
@@ -69,4 +69,4 @@ def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: 
 
 def largest(opened: Sequence[Image.Image]) -> tuple[int, int]:
     """Return the largest width and the largest height of the pictures, in pixels."""
-    return max(one.width for one in opened), max(one.height for one in opened)
+    return max(image.width for image in opened), max(image.height for image in opened)

@@ -61,16 +61,16 @@ def model_stack(
     For each of them, `answers` opens the cache of answers, and `limit` makes the limit on calls in flight.
     """
     known = iter(() if info is None else each_info(info))
-    return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
+    return model.wrapped(lambda inner: _stacked(inner, answers, next(known, None), limit))
 
 
 def members_of(model: Model) -> list[Model]:
     """Return the members of a population; for any other model, the model itself."""
     members: list[Model] = []
 
-    def noted(one: Model) -> Model:
-        members.append(one)
-        return one
+    def noted(model: Model) -> Model:
+        members.append(model)
+        return model
 
     model.wrapped(noted)
     return members
@@ -96,10 +96,10 @@ def _stacked(
     if not model.costs:
         return model
     serving = serving_of(model)
-    kept = answers()
+    store = answers()
     known = info if model.replaceable and info is not None and info.digest is not None else None
-    unconfirmed = Unconfirmed(kept, known, model.weights_of)
-    confirmed = model if known is None else ConfirmedModel(model, unconfirmed, known, watch_of(model, known, kept))
+    unconfirmed = Unconfirmed(store, known, model.weights_of)
+    confirmed = model if known is None else ConfirmedModel(model, unconfirmed, known, watch_of(model, known, store))
     bounds = serving.in_flight if info is None or info.slots is None else serving.in_flight.from_slots(info.slots)
     in_flight = Limit(bounds) if model.in_process else limit(bounds)
     retried = RetriedModel(confirmed, serving.retry, noted=in_flight.note_failure)

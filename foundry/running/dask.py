@@ -101,12 +101,12 @@ def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
     if not sites:
         shown = without_secrets(address)
         raise InputError(f"The Dask scheduler at {shown} has no workers. Start some with 'dask worker {shown}'.")
-    for worker, found in sorted(sites.items()):
-        if not isinstance(found, Site):
-            raise InputError(f"Worker {worker} cannot run this foundry ({found}): {_same_versions()}")
+    for worker, sites_found in sorted(sites.items()):
+        if not isinstance(sites_found, Site):
+            raise InputError(f"Worker {worker} cannot run this foundry ({sites_found}): {_same_versions()}")
         for name, version in provenance.versions().items():
-            if found.versions.get(name) != version:
-                other = found.versions.get(name, "none")
+            if sites_found.versions.get(name) != version:
+                other = sites_found.versions.get(name, "none")
                 raise InputError(f"Worker {worker} has {name} {other}, this process has {version}: {_same_versions()}")
     return sites
 
@@ -194,7 +194,7 @@ class DaskRunner(Runner):
 
         def attempt() -> str | None:
             given = [replace(spec, name=f"{spec.name}-{lane}", workers=workers) for lane in range(workers)]
-            tasks = [joblib.delayed(work)(one) for one in given]
+            tasks = [joblib.delayed(work)(spec) for spec in given]
             return next(filter(None, list(_parallel(client, tasks, at_once="all"))), None)
 
         workers = self._size(client, runs)

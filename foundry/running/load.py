@@ -76,16 +76,16 @@ async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
     started, worked = time.perf_counter(), time.process_time()
     burst = await at_once(model, requests)
     elapsed, worked = time.perf_counter() - started, time.process_time() - worked
-    same = [one.reply.text == other.reply.text for one, other in zip(alone, burst, strict=False)]
-    alone_s = statistics.median(one.ended - one.began for one in alone)
-    replies = [one.reply for one in (again, *alone, *burst)]
+    same = [timed.reply.text == other.reply.text for timed, other in zip(alone, burst, strict=False)]
+    alone_s = statistics.median(timed.ended - timed.began for timed in alone)
+    replies = [timed.reply for timed in (again, *alone, *burst)]
     slots = None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone_s, elapsed)
     return LoadResult(
         slots=slots,
         alone_equal=again.reply.text == alone[0].reply.text,
         equal_under_load=sum(same) / len(same),
         alone_s=alone_s,
-        per_call_s=busy_s([one.ended - started for one in burst], slots or 1) / len(requests),
+        per_call_s=busy_s([timed.ended - started for timed in burst], slots or 1) / len(requests),
         prompt_tokens=_mean([reply.prompt_tokens for reply in replies]),
         output_tokens=_mean([reply.output_tokens for reply in replies]),
         calls=len(replies),
@@ -119,9 +119,9 @@ def _is_late(burst: Sequence[Timed]) -> bool:
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
     """Return how many calls a server worked on at once, by the times that it reports, else by the speed-up."""
-    if not any("output" in one.reply.timings for one in burst):
+    if not any("output" in timed.reply.timings for timed in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.
-    middles = [(one.began + one.ended) / 2 for one in burst]
-    overlaps = [sum(one.began <= middle <= one.ended for one in burst) for middle in middles]
+    middles = [(timed.began + timed.ended) / 2 for timed in burst]
+    overlaps = [sum(timed.began <= middle <= timed.ended for timed in burst) for middle in middles]
     return round(statistics.median(overlaps))

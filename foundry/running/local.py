@@ -160,7 +160,7 @@ def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
 
     Without the setting, it is the number of cores. It is at most the number of runs and each server's `workers`.
     """
-    servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
+    servers = [model.get("server") or {} for model in models_in(runs[0].config()["model"])]
     limits: list[int | None] = [server.get("workers") for server in servers]
     useful = min([len(runs), *filter(None, limits)])
     if useful == 1:

@@ -257,13 +257,13 @@ def left_s(speeds: Mapping[str, Speed], totals: Mapping[str, Totals], free: Coll
     """
     left: dict[str, float | None] = {}
     for name, speed in speeds.items():
-        one = totals[name]
-        if one.calls or one.done == one.most:
-            left[name] = speed.left_s(one)
+        sums = totals[name]
+        if sums.calls or sums.done == sums.most:
+            left[name] = speed.left_s(sums)
         elif name in free:
             left[name] = 0.0
         else:
-            others = {other: each.seconds_for(one.most, totals[other]) for other, each in speeds.items()}
+            others = {other: each.seconds_for(sums.most, totals[other]) for other, each in speeds.items()}
             known = {other: seconds for other, seconds in others.items() if seconds is not None}
             served = [seconds for other, seconds in known.items() if other not in free] or [*known.values()]
             left[name] = fmean(served) if served else None

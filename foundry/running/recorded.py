@@ -76,12 +76,12 @@ def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any,
     return None if same else (path, recorded, now)
 
 
-def excerpts(one: Any, other: Any) -> tuple[str, str]:
+def excerpts(first: Any, other: Any) -> tuple[str, str]:
     """Return two different values as short texts, which show the first character that differs."""
-    if not (isinstance(one, str) and isinstance(other, str)):
-        return _short(repr(one)), _short(repr(other))
-    start = max(0, len(commonprefix([one, other])) - _BEFORE)
-    return _excerpt(one, start), _excerpt(other, start)
+    if not (isinstance(first, str) and isinstance(other, str)):
+        return _short(repr(first)), _short(repr(other))
+    start = max(0, len(commonprefix([first, other])) - _BEFORE)
+    return _excerpt(first, start), _excerpt(other, start)
 
 
 def _excerpt(text: str, start: int) -> str:

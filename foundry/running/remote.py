@@ -178,8 +178,8 @@ def fetch(url: str, path: Path) -> Fetched:
     return remote.fetch(folder, folder.runs())
 
 
-def _grows_into(one: Sweep, other: Sweep) -> bool:
-    return {run.id for run in one.runs} < {run.id for run in other.runs}
+def _grows_into(first: Sweep, other: Sweep) -> bool:
+    return {run.id for run in first.runs} < {run.id for run in other.runs}
 
 
 def _summary(content: bytes) -> RunSummary | None:

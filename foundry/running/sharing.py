@@ -50,9 +50,9 @@ Parts = dict[str, Part]
 class Group:
     """The leader's search for the limit of one server: the sums over all calls, and the present limit."""
 
-    def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
-        """Begin at the limit `total`; `found` says whether an earlier search for the limit ended there."""
-        self._climb = climb_within(bounds, total, found=found)
+    def __init__(self, bounds: InFlight, total: int, *, known: bool = False) -> None:
+        """Begin at the limit `total`; `known` says whether an earlier search for the limit ended there."""
+        self._climb = climb_within(bounds, total, known=known)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}
         self.shares: dict[str, int] = {}
@@ -146,7 +146,7 @@ class Shared:
         """Update the limits from the reports of the other workers (results of `report`, decoded from JSON)."""
         others = self._alive(reports)
         for key, limit in self._limits.items():
-            parts = {worker: found[key] for worker, found in others.items() if key in found}
+            parts = {worker: parts_by_key[key] for worker, parts_by_key in others.items() if key in parts_by_key}
             if not parts:
                 self._find_alone(key, limit)
             elif self._name < min(parts):
@@ -170,15 +170,15 @@ class Shared:
         group = self._groups.pop(key, None)
         known = self._totals.pop(key, None) if group is None else group.total
         if known is not None:
-            limit.find(known, found=True)
+            limit.find(known, known=True)
         elif limit.is_shared and self._clock() - self._made[key] >= PATIENCE_S:
-            limit.find(limit.bounds.initial, found=False)
+            limit.find(limit.bounds.initial, known=False)
 
     def _lead(self, key: str, limit: Limit, parts: Parts) -> None:
         if key not in self._groups:
             together = limit.allowed + sum(part.total for part in parts.values())
             known = self._totals.pop(key, None)
-            self._groups[key] = Group(limit.bounds, known or together, found=known is not None)
+            self._groups[key] = Group(limit.bounds, known or together, known=known is not None)
             limit.share()
         group = self._groups[key]
         group.take({**parts, self._name: self._part(key)})

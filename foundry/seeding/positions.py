@@ -117,6 +117,6 @@ class PositionLaw:
 
     def _are_apart(self, places: NDArray[np.int64]) -> bool:
         return all(
-            bool((np.abs(places[one] - places[other]) > self._extents[one] + self._extents[other]).any())
-            for one, other in combinations(range(len(places)), 2)
+            bool((np.abs(places[first] - places[other]) > self._extents[first] + self._extents[other]).any())
+            for first, other in combinations(range(len(places)), 2)
         )

@@ -131,18 +131,23 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
         return f"{score}; same decision in {alone.decisions} calls alone, and in {loaded.decisions} at once"
 
 
-def _score(found: Sequence[Again]) -> Score:
-    decisions = [one.alike for one in found if one.alike is not None]
-    return Score(Share(sum(one.text is None for one in found), len(found)), Share(sum(decisions), len(decisions)))
+def _score(repeats: Sequence[Again]) -> Score:
+    decisions = [repeat.alike for repeat in repeats if repeat.alike is not None]
+    return Score(
+        Share(sum(repeat.text is None for repeat in repeats), len(repeats)), Share(sum(decisions), len(decisions))
+    )
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
     """Return a remark for each model whose server repeats calls inexactly, by the model's name in tables."""
     least_last = sorted(
-        (repeat for repeat in repeats if not repeat.exact), key=lambda one: -one.least.equal / one.least.of
+        (repeat for repeat in repeats if not repeat.exact),
+        key=lambda repeated: -repeated.least.equal / repeated.least.of,
     )
-    worst = {one.of: one for one in least_last}
-    return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
+    worst = {repeated.of: repeated for repeated in least_last}
+    return {
+        name: f"{repeated.model}'s server repeats {repeated.least} calls exactly" for name, repeated in worst.items()
+    }
 
 
 class _File(msgspec.Struct):
@@ -198,7 +203,7 @@ class Told:
 def told_of(folder: SweepFolder) -> list[Told]:
     """Return what the check of determinism found for each served model, or why it did not measure the model."""
     measured = repeats_of(folder)
-    lines = [Told(name, one) for name, one in zip(_names(measured), measured, strict=True)]
+    lines = [Told(name, repeated) for name, repeated in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
         return lines
     named = {
@@ -206,7 +211,7 @@ def told_of(folder: SweepFolder) -> list[Told]:
         for condition in folder.sweep.conditions
         if is_served(condition.config["model"])
     }
-    left = named - {one.of for one in measured}
+    left = named - {repeated.of for repeated in measured}
     having: dict[str, list[RunFolder]] = {name: [] for name in sorted(left)}
     for run in folder.runs() if left else []:
         having.get(str(folder.sweep.conditions[run.run.condition].config["model"]["name"]), []).append(run)
@@ -219,17 +224,17 @@ def _why(runs: Iterable[RunFolder]) -> str:
     complete = [summary for summary in summaries if summary is not None and summary.status == "complete"]
     if len(complete) < len(summaries):
         return "not all of its runs are complete"
-    if all(one.counts.cached == one.counts.calls for one in complete):
+    if all(summary.counts.cached == summary.counts.calls for summary in complete):
         return "every answer came from the cache"
     return "its calls were not repeated"
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:
     """Return a name for each measured model; if models share a name, their different settings are added."""
-    settings = [dict(leaves(one.parameters)) for one in measured]
+    settings = [dict(leaves(repeated.parameters)) for repeated in measured]
     names = []
-    for one, own in zip(measured, settings, strict=True):
-        others = [other for other, of in zip(settings, measured, strict=True) if of.model == one.model]
+    for model, own in zip(measured, settings, strict=True):
+        others = [other for other, of in zip(settings, measured, strict=True) if of.model == model.model]
         differing = [f"{key}={own[key]}" for key in own if any(other.get(key) != own[key] for other in others)]
-        names.append(f"{one.model} ({', '.join(differing)})" if differing else one.model)
+        names.append(f"{model.model} ({', '.join(differing)})" if differing else model.model)
     return names

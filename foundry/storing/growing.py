@@ -62,7 +62,7 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
     _check_kind(there, asked)
     _check_agrees(there, asked)
     conditions = list(there.conditions)
-    places = {_key(one): number for number, one in reversed(list(enumerate(conditions)))}
+    places = {_key(condition): number for number, condition in reversed(list(enumerate(conditions)))}
     for one in asked.conditions:
         place = places.setdefault(_key(one), len(conditions))
         if place == len(conditions):
@@ -111,8 +111,8 @@ def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
     Results of canary calls do not count either, because these calls are made again before any other call.
     """
     identities = [line.get("weights") or line["digest"] for line in (then, now)]
-    told = [identity and listed(identity) for identity in identities]
-    return None in told or told[0] == told[1] or then["digest"] == now["digest"]
+    identities_listed = [identity and listed(identity) for identity in identities]
+    return None in identities_listed or identities_listed[0] == identities_listed[1] or then["digest"] == now["digest"]
 
 
 def _key(condition: Condition) -> str:
@@ -133,7 +133,7 @@ def _check_kind(there: Sweep, asked: Sweep) -> None:
 def _check_agrees(there: Sweep, asked: Sweep) -> None:
     recorded, now = (_settings(sweep.conditions) for sweep in (there, asked))
     for part in _PARTS:
-        for name in (one for one in now[part] if one in recorded[part]):
+        for name in (name_of_part for name_of_part in now[part] if name_of_part in recorded[part]):
             _check_part(part, name, recorded[part][name], now[part][name])
 
 
@@ -142,14 +142,16 @@ def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[
 
     A part that has no name, such as sampling_seed, has the name "".
     """
-    found: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
+    settings: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
     for condition in conditions:
         parts = {**identity(condition.config), "record": condition.config.get("record")}
         for part in _PARTS:
             value = {part: parts[part]} if part in parts else {}
             name = str(condition.config[part]["name"]) if part in _NAMED else ""
-            found[part][name].setdefault(settings_key(value), value)
-    return {part: {name: _as_leaves(variants.values()) for name, variants in of.items()} for part, of in found.items()}
+            settings[part][name].setdefault(settings_key(value), value)
+    return {
+        part: {name: _as_leaves(variants.values()) for name, variants in of.items()} for part, of in settings.items()
+    }
 
 
 def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -159,8 +161,8 @@ def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
 def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
     """Raise an error if a setting differs from the record, unless the sweep or the request has several values of it."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
-    known = [_without(one, swept) for one in recorded]
-    for one in (_without(one, swept) for one in now):
+    known = [_without(values, swept) for values in recorded]
+    for one in (_without(values, swept) for values in now):
         if one not in known:
             closest = min((list(_differences(other, one)) for other in known), key=len)
             raise _contradiction(part, name, closest)
@@ -181,11 +183,13 @@ def _differences(there: Mapping[str, str], now: Mapping[str, str]) -> Iterator[t
             yield path, there.get(path), now.get(path)
 
 
-def _contradiction(part: str, name: str, found: Sequence[tuple[str, str | None, str | None]]) -> InputError:
-    ways = "; ".join(f"{path} was {_value(then)} and is {_value(now)} now" for path, then, now in found[:_SHOWN])
-    more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+def _contradiction(part: str, name: str, values_by_place: Sequence[tuple[str, str | None, str | None]]) -> InputError:
+    ways = "; ".join(
+        f"{path} was {_value(then)} and is {_value(now)} now" for path, then, now in values_by_place[:_SHOWN]
+    )
+    more = f"; and {len(values_by_place) - _SHOWN} more" if len(values_by_place) > _SHOWN else ""
     whose = f"of {part} '{name}' " if name else ""
-    both = f", ask for both values of {found[0][0]}," if part in _SWEPT else ""
+    both = f", ask for both values of {values_by_place[0][0]}," if part in _SWEPT else ""
     return InputError(
         f"The sweep cannot grow, since settings {whose}would differ: {ways}{more}. Use the settings of the "
         f"sweep{both} or use another output.dir."

@@ -66,7 +66,7 @@ class Notes(msgspec.Struct, frozen=True):
 
 def notes_of(folder: Path) -> Notes:
     """Return the notes in a sweep's folder; unreadable lines, for example cut by a crash, are left out and reported."""
-    file, found, unread = folder / NOTES_FILE, dict[str, Note](), list[str]()
+    file, notes, unread = folder / NOTES_FILE, dict[str, Note](), list[str]()
     content = file.read_bytes() if is_there(file) else b""
     for number, line in enumerate(content.splitlines(), 1):
         try:
@@ -75,8 +75,8 @@ def notes_of(folder: Path) -> Notes:
             unread.append(f"Line {number} of {NOTES_FILE} is left out: {error}")
         else:
             if note is not None:
-                found[note.note] = note
-    return Notes([note for note in found.values() if not note.deleted], unread)
+                notes[note.note] = note
+    return Notes([note for note in notes.values() if not note.deleted], unread)
 
 
 def stamp_of_notes(folder: Path) -> str:

@@ -110,9 +110,9 @@ def _entries(folder: Path | str) -> list[os.DirEntry[str]]:
         raise RecordError(f"{folder} cannot be read: {error.strerror}") from error
 
 
-def _check(path: Path | str, found: os.stat_result) -> None:
-    is_link = getattr(found, "st_reparse_tag", 0) in _LINKS
-    what = _REFUSED.get(stat.S_IFLNK if is_link else stat.S_IFMT(found.st_mode))
+def _check(path: Path | str, info: os.stat_result) -> None:
+    is_link = getattr(info, "st_reparse_tag", 0) in _LINKS
+    what = _REFUSED.get(stat.S_IFLNK if is_link else stat.S_IFMT(info.st_mode))
     if what is not None:
         raise RecordError(
             f"'{path}' is refused: it is {what}, but a sweep's folder may only contain regular files and folders. "

@@ -144,7 +144,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
             answers = "an unknown number of answers"
         else:
             answers = counted(self.answers_known, "answer") if self.answers_known else ""
-        parts = [answers, *(f"runs in {one}" for one in self.runs_known)]
+        parts = [answers, *(f"runs in {folder}" for folder in self.runs_known)]
         known = ", ".join(filter(None, parts))
         return f"known before the plan: {known}" if known else ""
 
@@ -160,8 +160,8 @@ def conditions_of(sweep: Sweep) -> list[PlannedCondition]:
     for run in sweep.runs:
         runs[run.condition][run.id] = run.seed
     return [
-        PlannedCondition(factors=dict(one.factors), runs=own, **_parts(identity(one.config)))
-        for one, own in zip(sweep.conditions, runs, strict=True)
+        PlannedCondition(factors=dict(condition.factors), runs=own, **_parts(identity(condition.config)))
+        for condition, own in zip(sweep.conditions, runs, strict=True)
     ]
 
 
@@ -190,7 +190,7 @@ def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> l
     """Return the names of the analysed sweeps, other than the sweep in `folder`, that contain any of these runs."""
     others = (sweep for sweep in sorted(sweeps) if is_sweep(sweep) and sweep.resolve() != folder.resolve())
     analysed = (other for other in others if (other / ANALYSIS).is_dir())
-    return [one.name for one in analysed if any((one / "runs" / run / "run.json").exists() for run in runs)]
+    return [folder.name for folder in analysed if any((folder / "runs" / run / "run.json").exists() for run in runs)]
 
 
 def write_preregistration(folder: Path, plan: Preregistration) -> str:

@@ -64,13 +64,13 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
         RecordError: a file is damaged.
     """
     lines = lines_of(run.steps_bytes(), _Line, run.stream_path("steps"))
-    found: dict[Place, Choices] = {}
+    choices: dict[Place, Choices] = {}
     for line in lines:
-        found.setdefault(line.place, Choices()).called[choice_of(line, run.declared.actions)] += 1
+        choices.setdefault(line.place, Choices()).called[choice_of(line, run.declared.actions)] += 1
     sampling = run.config()["world"].get("sampling")
-    for place, told in _told(run, lines, Sampling.of(sampling) if sampling else None):
-        found[place].expected, found[place].error = told.expected, told.error
-    return found
+    for place, certainty in _told(run, lines, Sampling.of(sampling) if sampling else None):
+        choices[place].expected, choices[place].error = certainty.expected, certainty.error
+    return choices
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
@@ -78,9 +78,9 @@ def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> 
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):
-        told = None if call is None or line.repeat else _foreseen(run, line, call, sampling)
-        if told is not None:
-            yield line.place, told
+        certainty = None if call is None or line.repeat else _foreseen(run, line, call, sampling)
+        if certainty is not None:
+            yield line.place, certainty
 
 
 def _foreseen(run: RunFolder, line: _Line, call: Call, sampling: Sampling) -> Certainty | None:

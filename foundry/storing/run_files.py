@@ -174,7 +174,7 @@ class RunFolder:
 
     def pictures(self) -> list[str]:
         """Return the paths of stored frames and images, relative to the run's folder."""
-        files = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
+        files = [file for subfolder in KEPT for file in sorted(plain(self.path / subfolder).glob("*"))]
         return [file.relative_to(self.path).as_posix() for file in files if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:

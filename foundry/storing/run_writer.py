@@ -56,8 +56,8 @@ class RunWriter:
         if path.is_symlink() or path.parent.is_symlink():  # a link's target is not the sweep's, and would be removed
             raise StorageError(f"'{path}' is refused: it is a link, not a run's folder.")
         (path / "run.json").unlink(missing_ok=True)
-        for kept in KEPT:
-            _clear(path / kept)
+        for subfolder in KEPT:
+            _clear(path / subfolder)
         for name in set(self.folder.streams).difference(ALWAYS_THERE):
             self.folder.stream_file(name).unlink(missing_ok=True)
         for name in ALWAYS_THERE:

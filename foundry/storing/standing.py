@@ -108,7 +108,10 @@ def _logged(run: RunFolder) -> Counts:
 def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
     """Return the runs that failed, with their errors; an unexpected error begins with its type."""
     failed = [summary for summary in summaries if summary is not None and summary.status != "complete"]
-    return [Failure(one.run, f"{one.error_type}: {one.error}" if one.traceback else one.error) for one in failed]
+    return [
+        Failure(summary.run, f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error)
+        for summary in failed
+    ]
 
 
 @dataclass
@@ -172,9 +175,9 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
         if lost:
             having.setdefault(summary.model, []).append(run)
     many = [
-        one
-        for one in by_model.values()
-        if one.outcomes and max([one.share, *one.share_by_part.values()]) >= LEAST_SHARE
+        unreadable
+        for unreadable in by_model.values()
+        if unreadable.outcomes and max([unreadable.share, *unreadable.share_by_part.values()]) >= LEAST_SHARE
     ]
     for one in many:
         _illustrate(one, having[one.model])

@@ -367,11 +367,11 @@ def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
 
 def find_run(path: Path) -> RunFolder:
     """Return the run at a path: the path of a run's folder, or of a sweep with a single run."""
-    _, found = runs_at(path)
-    if len(found) != 1:
-        named = ", ".join(run.id for run in found[:5]) + (", ..." if len(found) > 5 else "")
-        raise InputError(f"'{path}' contains {len(found)} runs. Name one, such as {found[0].path}. They are {named}.")
-    return found[0]
+    _, runs = runs_at(path)
+    if len(runs) != 1:
+        named = ", ".join(run.id for run in runs[:5]) + (", ..." if len(runs) > 5 else "")
+        raise InputError(f"'{path}' contains {len(runs)} runs. Name one, such as {runs[0].path}. They are {named}.")
+    return runs[0]
 
 
 def sweeps_in(path: Path) -> list[Path]:
@@ -383,8 +383,10 @@ def sweeps_in(path: Path) -> list[Path]:
         raise InputError(_no_sweep(path))
     baselines = {folder: folder.parent for folder in folders if folder.name == "baselines" and folder.parent in folders}
     of_sweep = [folder for folder in folders if folder not in baselines]
-    newest = sorted(of_sweep, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
-    return [one for sweep in newest for one in (sweep, sweep / "baselines") if one in folders]
+    newest = sorted(
+        of_sweep, key=lambda folder: ((folder / "sweep.yaml").stat().st_mtime_ns, str(folder)), reverse=True
+    )
+    return [folder for sweep in newest for folder in (sweep, sweep / "baselines") if folder in folders]
 
 
 def _now() -> str:

@@ -173,7 +173,7 @@ def check_shape(content: Any) -> None:
     try:
         msgspec.convert(content, _Content)
         # Only the largest seed is checked: seeds are non-negative integers, and there may be very many.
-        few = [{**one, "seeds": [max(one["seeds"], default=0)]} for one in content["conditions"]]
+        few = [{**condition, "seeds": [max(condition["seeds"], default=0)]} for condition in content["conditions"]]
         _check_plain([content["settings"], *few], set())
         for condition in content["conditions"]:
             for model in models_in(condition["config"]["model"]):
@@ -211,7 +211,9 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
     """Return the content of `sweep.yaml`; `plan` is the SHA-256 of the plan that was declared before the sweep."""
     head = {
         "asked": list(sweep.asked),
-        "history": [{"asked": list(one.overrides), "when": one.when, "runs": one.runs} for one in sweep.history],
+        "history": [
+            {"asked": list(asked.overrides), "when": asked.when, "runs": asked.runs} for asked in sweep.history
+        ],
         "definition": sweep.definition,
         **({} if plan is None else {"plan": plan}),
         "models": [dict(model) for model in models],
@@ -241,8 +243,8 @@ def sweep_content(text: str, where: object) -> Any:
 
     Runs and seeds are read without a YAML parser, since there may be very many.
     """
-    head, found, runs = text.rpartition(_RUNS)
-    if not found or not _RUN_LINES.fullmatch(runs):
+    head, body, runs = text.rpartition(_RUNS)
+    if not body or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)
     lines = runs.replace("- {", "{")
     content = copy.deepcopy(_head_content(head + "\n", where))
@@ -257,8 +259,8 @@ def _head_content(head: str, where: object) -> Any:
     conditions = content.get("conditions") if isinstance(content, Mapping) else None
     if not isinstance(conditions, list) or [_seeds_of(condition) for condition in conditions] != [[]] * len(seeds):
         return load_plain(head, where)  # another part looks like seeds, or the seeds have another layout
-    for condition, found in zip(conditions, seeds, strict=True):
-        condition["seeds"] = found
+    for condition, own_seeds in zip(conditions, seeds, strict=True):
+        condition["seeds"] = own_seeds
     return content
 
 
@@ -288,5 +290,7 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
         if run.condition not in range(len(conditions)):
             raise ValueError(f"run {run.id} has no condition")
     overrides = tuple(content["asked"])
-    history = tuple(Asked(tuple(one["asked"]), one["when"], one["runs"]) for one in content.get("history") or ())
+    history = tuple(
+        Asked(tuple(entry["asked"]), entry["when"], entry["runs"]) for entry in content.get("history") or ()
+    )
     return Sweep(overrides, conditions, runs, history or (Asked(overrides, None, len(runs)),))

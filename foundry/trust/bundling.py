@@ -220,7 +220,7 @@ def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) 
         for condition in sweep.conditions
     )
     named = {scrubber.text(scene.asset): scene.main for scene in scenes}
-    history = tuple(replace(one, overrides=scrubber.asked(one.overrides)) for one in sweep.history)
+    history = tuple(replace(asked, overrides=scrubber.asked(asked.overrides)) for asked in sweep.history)
     return Sweep(scrubber.asked(sweep.asked), conditions, sweep.runs, history), named
 
 

@@ -57,24 +57,26 @@ class Parting:
     drift: tuple[Drift, ...]
 
 
-def compare(one: RunFolder, other: RunFolder) -> Parting:
+def compare(first: RunFolder, other: RunFolder) -> Parting:
     """Compare two runs of the same form step by step."""
-    forms = [run.declared.form for run in (one, other)]
+    forms = [run.declared.form for run in (first, other)]
     if forms[0] != forms[1]:
-        raise InputError(f"Cannot compare '{one.id}' and '{other.id}': their forms are '{forms[0]}' and '{forms[1]}'.")
-    steps = [_steps(run) for run in (one, other)]
-    calls = [_numbered(run.calls(), place_of) for run in (one, other)]
+        raise InputError(
+            f"Cannot compare '{first.id}' and '{other.id}': their forms are '{forms[0]}' and '{forms[1]}'."
+        )
+    steps = [_steps(run) for run in (first, other)]
+    calls = [_numbered(run.calls(), place_of) for run in (first, other)]
     compared = compared_of(forms[0])
     try:
         return Parting(
             question=_first_call(calls, lambda call: {"messages": call.messages}),
             answer=_first_call(calls, lambda call: {"text": call.text, "ending": call.ending}),
-            state=_first(steps, lambda line: compared.state_of(line, one.declared), STEPS),
+            state=_first(steps, lambda line: compared.state_of(line, first.declared), STEPS),
             drift=tuple(_drift(steps[0], steps[1], compared)),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise RecordError(
-            f"The steps of '{one.id}' or '{other.id}' do not have the form '{forms[0]}', which their sweep declares "
+            f"The steps of '{first.id}' or '{other.id}' do not have the form '{forms[0]}', which their sweep declares "
             f"({type(error).__name__}: {error})."
         ) from error
 
@@ -111,27 +113,27 @@ def _first(
     lines: Sequence[Mapping[Numbered, tuple[int, T]]],
     part: Callable[[T], Any],
     file: str,
-    shown: Callable[[Any], Any] = lambda found: found,
+    shown: Callable[[Any], Any] = lambda value: value,
 ) -> Difference | None:
     """Return the first line that only one run has, or whose `part` differs."""
-    one, other = lines
-    for key, (number, line) in one.items():
+    first, other = lines
+    for key, (number, line) in first.items():
         if key not in other:
             return Difference(file, number, "", shown(part(line)), NOTHING, key[0])
-        found = first_difference(part(line), part(other[key][1]))
-        if found is not None:
-            return Difference(file, number, *found, place=key[0])
+        difference = first_difference(part(line), part(other[key][1]))
+        if difference is not None:
+            return Difference(file, number, *difference, place=key[0])
     for key, (number, line) in other.items():
-        if key not in one:
+        if key not in first:
             return Difference(file, number, "", NOTHING, shown(part(line)), key[0])
     return None
 
 
 def _drift(
-    one: Mapping[Numbered, tuple[int, Line]], other: Mapping[Numbered, tuple[int, Line]], compared: Compared
+    first: Mapping[Numbered, tuple[int, Line]], other: Mapping[Numbered, tuple[int, Line]], compared: Compared
 ) -> Iterator[Drift]:
     pairs: dict[int, list[tuple[Line, Line]]] = {}
-    for key, (_, line) in one.items():
+    for key, (_, line) in first.items():
         if key in other:
             pairs.setdefault(int(line["step"]), []).append((line, other[key][1]))
     for step, both in pairs.items():
@@ -155,9 +157,9 @@ def _drift_of(step: int, pairs: Sequence[tuple[Line, Line]], compared: Compared)
     )
 
 
-def _turn(one: float, other: float) -> float:
+def _turn(first: float, other: float) -> float:
     """Return the angle between two headings, degrees, 0..180."""
-    return abs((one - other + 180.0) % 360.0 - 180.0)
+    return abs((first - other + 180.0) % 360.0 - 180.0)
 
 
 def _mean(values: Iterable[float]) -> float:

@@ -103,7 +103,7 @@ def _shared(run: RunFolder, stream: str, at: int) -> bytes:
     path = run.stream_path(stream)
     lines = path.read_bytes().splitlines(keepends=True)
     steps = lines_of(b"".join(lines), _StepOf, path)
-    return b"".join(line for line, one in zip(lines, steps, strict=True) if one.step < at)
+    return b"".join(line for line, step in zip(lines, steps, strict=True) if step.step < at)
 
 
 def _check_past(run: RunFolder, condition: Condition, at: int) -> None:

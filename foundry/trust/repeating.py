@@ -90,12 +90,14 @@ def repeat_calls(
 
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
     """Return the runs of a model that sent calls to its server; empty if not all its runs are complete."""
-    conditions = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
+    conditions = {
+        number for number, condition in enumerate(folder.sweep.conditions) if sent_key(condition.config["model"]) == key
+    }
     runs = {run: run.summary() for run in folder.runs() if run.run.condition in conditions}
     complete = {run: summary for run, summary in runs.items() if summary is not None and summary.status == "complete"}
     if len(complete) < len(runs):
         return {}
-    return {run: one for run, one in complete.items() if one.counts.calls > one.counts.cached}
+    return {run: summary for run, summary in complete.items() if summary.counts.calls > summary.counts.cached}
 
 
 def _measured(
@@ -115,14 +117,14 @@ def _measured(
     scenarios: dict[str, Scenario] = {}
     repeats = [
         Repeat(
-            run=one.run.id,
-            step=one.call.step,
-            agent=one.call.agent,
-            kind=one.call.kind,
-            alone=_again(one, scenarios, alone),
-            loaded=_again(one, scenarios, loaded),
+            run=call.run.id,
+            step=call.call.step,
+            agent=call.call.agent,
+            kind=call.call.kind,
+            alone=_again(call, scenarios, alone),
+            loaded=_again(call, scenarios, loaded),
         )
-        for one, alone, loaded in zip(calls, *replies, strict=True)
+        for call, alone, loaded in zip(calls, *replies, strict=True)
     ]
     return Repeats(
         model=member.name,
@@ -145,7 +147,7 @@ async def _asked(
     try:
         await model.warm_up()
         alone = await one_by_one(model, [call.request for call in calls])
-        loaded = await at_once(model, [one.request for one in (*calls, *others)])
+        loaded = await at_once(model, [call.request for call in (*calls, *others)])
     finally:
         await model.close()
     return [timed.reply for timed in alone], [timed.reply for timed in loaded[: len(calls)]]
@@ -184,8 +186,8 @@ def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: 
 
 
 def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
-    rounds = itertools.zip_longest(*([(one,) for one in each] for each in lists), fillvalue=())
-    return [one for places in rounds for place in places for one in place]
+    rounds = itertools.zip_longest(*([(item,) for item in each] for each in lists), fillvalue=())
+    return [item for places in rounds for place in places for item in place]
 
 
 def _images(run: RunFolder) -> dict[str, bytes]:
@@ -206,37 +208,43 @@ def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request |
     return Request(messages, call.seed, call.kind, {}, call.step, call.agent, key=call.key)
 
 
-def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
+def _again(repeatable: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
     """Compare the reply to a repeated call with the recorded reply.
 
     If they differ, the world reads the decision in the new reply: the episode is replayed up to the call, and goes on
     with the new reply. If its questions then differ from the recorded ones, the decision counts as different.
     """
-    decision = _decision(one)
-    if (reply.text, reply.ending) == (one.call.text, one.call.ending):
+    decision = _decision(repeatable)
+    if (reply.text, reply.ending) == (repeatable.call.text, repeatable.call.ending):
         return Again(alike=None if decision is None else True)
     if decision is None:
         return Again(text=reply.text)
-    world = one.run.config()["world"]
+    world = repeatable.run.config()["world"]
     key = settings_key(world)
     scenarios[key] = scenarios[key] if key in scenarios else build(world)
     recorded, place = decision
-    now = next(itertools.islice(_lines_with(one, scenarios[key], reply), place, None), None)
+    now = next(itertools.islice(_lines_with(repeatable, scenarios[key], reply), place, None), None)
     alike = now is not None and compared_of(scenarios[key].form).acts_alike(recorded, now)
     return Again(text=reply.text, alike=alike)
 
 
-def _decision(one: Repeatable) -> tuple[Line, int] | None:
+def _decision(repeatable: Repeatable) -> tuple[Line, int] | None:
     """Return the line with the decision of a call, and its index among the lines of the same question.
 
     The repeats of a probe give several such lines. The result is None if the call decides nothing alone, or if it is
     unknown which line is the call's.
     """
-    if one.call.kind not in one.run.declared.actions:
+    if repeatable.call.kind not in repeatable.run.declared.actions:
         return None
-    lines = [line for line in lines_of(one.run.steps_bytes(), dict[str, Any], one.run.path) if _is_of(line, one.call)]
-    numbers = [number for number, call in enumerate(one.run.calls()) if place_of(call) == place_of(one.call)]
-    place = numbers.index(one.number)
+    lines = [
+        line
+        for line in lines_of(repeatable.run.steps_bytes(), dict[str, Any], repeatable.run.path)
+        if _is_of(line, repeatable.call)
+    ]
+    numbers = [
+        number for number, call in enumerate(repeatable.run.calls()) if place_of(call) == place_of(repeatable.call)
+    ]
+    place = numbers.index(repeatable.number)
     return (lines[place], place) if len(lines) == len(numbers) else None
 
 
@@ -244,17 +252,17 @@ def _is_of(line: Line, call: Call) -> bool:
     return (line["step"], line["agent"], line.get("kind", call.kind)) == place_of(call)
 
 
-def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
+def _lines_with(repeatable: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
     """Replay a run with a new reply to one call, until a question differs; yield the lines of that call's question."""
-    world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
+    world, calls, made = scenario.start(repeatable.run.run.seed), list(repeatable.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):
         questions = world.pending()
         logged = calls[made : made + len(questions)]
         if [question.asked for question in questions] != list(map(place_of, logged)):
             return
-        replies = [reply if made + at == one.number else reply_of(call) for at, call in enumerate(logged)]
+        replies = [reply if made + at == repeatable.number else reply_of(call) for at, call in enumerate(logged)]
         records = world.advance([answer_of(each) for each in replies])
         rows = (msgspec.json.decode(msgspec.json.encode(row)) for row in records if row.stream == "steps")
-        yield from (row for row in rows if _is_of(row, one.call))
+        yield from (row for row in rows if _is_of(row, repeatable.call))
         made += len(questions)

@@ -138,7 +138,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
     from foundry.worlds.camera.eye.likeness import likeness_of
 
     note = f"was drawn by {drew.then}. Here, {drew.now} draws other pixels, so the run cannot be verified here"
-    now = next((one for one in drawn if sha256_of(one) == difference.now), None)
+    now = next((content for content in drawn if sha256_of(content) == difference.now), None)
     then = _kept(run, difference.recorded)
     if now is None or then is None:
         return f"{note}; no picture was recorded, so nobody can tell whether the content is the same"

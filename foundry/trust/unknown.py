@@ -60,7 +60,9 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
             raise InputError(
                 f"{where}: '{'.'.join(path)}' is refused: a recorded configuration may not use {path[-1]}."
             )
-        if path[-1] != "_target_" or (isinstance(value, str) and value.startswith(tuple(f"{one}." for one in trusted))):
+        if path[-1] != "_target_" or (
+            isinstance(value, str) and value.startswith(tuple(f"{package}." for package in trusted))
+        ):
             continue
         kind, packages = ROLES.get(path[0], (object, ()))
         if why := _why_not(value, kind if len(path) == 2 else object, packages):
@@ -184,7 +186,7 @@ def _keyed(models: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
 
 
 def _urls(base_url: str | Sequence[str]) -> list[str]:
-    parts = base_url.split(",") if isinstance(base_url, str) else [str(one) for one in base_url]
+    parts = base_url.split(",") if isinstance(base_url, str) else [str(url) for url in base_url]
     return [part.strip() for part in parts if part.strip()]
 
 

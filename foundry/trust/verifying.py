@@ -217,16 +217,16 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 
 
 def _drawn(
-    run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
+    run: RunFolder, verified: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
     """Return the result for a run with a difference; if only the renderer differs, the verdict says so."""
-    if drew is None or found.difference is None or not is_of_pictures(found.difference):
-        return found
+    if drew is None or verified.difference is None or not is_of_pictures(verified.difference):
+        return verified
     questions = scenario.start(config["seed"]).pending()
-    note = departed_note(run, drew, found.difference, (image for question in questions for image in question.images))
+    note = departed_note(run, drew, verified.difference, (image for question in questions for image in question.images))
     if note is None:
-        return found
-    return replace(found, verdict=Verdict.DRAWN_OTHERWISE, difference=None, note=note)
+        return verified
+    return replace(verified, verdict=Verdict.DRAWN_OTHERWISE, difference=None, note=note)
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:

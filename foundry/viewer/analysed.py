@@ -40,10 +40,10 @@ class AnalysedRuns:
     def _read(self, file: Path) -> None:
         import pyarrow.parquet as pq  # type: ignore[import-untyped] # takes longer to import than all else
 
-        found = file.stat()
-        if (found.st_mtime_ns, found.st_size) == self._mark:
+        stat = file.stat()
+        if (stat.st_mtime_ns, stat.st_size) == self._mark:
             return
-        self._mark = found.st_mtime_ns, found.st_size
+        self._mark = stat.st_mtime_ns, stat.st_size
         self._events = pq.read_table(file, columns=["run", *_COLUMNS])
         self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
 

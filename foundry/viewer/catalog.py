@@ -74,13 +74,13 @@ class CatalogedSweep:
     def summary(self, folder: RunFolder) -> RunSummary | None:
         """Return the summary of a run that has ended, or None."""
         ending = folder.ending
-        kept = self._summaries.get(folder.id)
-        if kept is not None and kept[0] == ending:
-            return kept[1]
-        found = folder.summary() if ending else None
-        if found is not None:
-            self._summaries[folder.id] = ending, found
-        return found
+        cached = self._summaries.get(folder.id)
+        if cached is not None and cached[0] == ending:
+            return cached[1]
+        summary = folder.summary() if ending else None
+        if summary is not None:
+            self._summaries[folder.id] = ending, summary
+        return summary
 
     def open_runs(self) -> set[str]:
         """Return the ids of the runs that a worker is playing."""
@@ -148,7 +148,7 @@ class CatalogedSweep:
         """Return the ids of all runs with the same condition as `run`, in the order of their seeds."""
         runs = self.folder.sweep.runs
         condition = runs[self._places[run]].condition
-        return [one.id for one in sorted(runs, key=lambda one: one.seed) if one.condition == condition]
+        return [one.id for one in sorted(runs, key=lambda run: run.seed) if one.condition == condition]
 
     def models_beside(self, run: str) -> list[str]:
         """Return the ids of `run` and of all runs that differ from it only in the model, in the order of the sweep."""
@@ -157,7 +157,7 @@ class CatalogedSweep:
         swept = [
             {name: value for name, value in condition.factors.items() if name != "model"} for condition in conditions
         ]
-        like = {place for place, one in enumerate(swept) if one == swept[own.condition]}
+        like = {place for place, settings in enumerate(swept) if settings == swept[own.condition]}
         return [run.id for run in runs if run.condition in like and run.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
@@ -172,12 +172,12 @@ class CatalogedSweep:
 
     def failed(self) -> list[RunSummary]:
         """Return the summaries of the failed runs among the runs that were checked so far."""
-        return [one for name, (_, one) in self._summaries.items() if self._standings.get(name) == FAILED]
+        return [summary for name, (_, summary) in self._summaries.items() if self._standings.get(name) == FAILED]
 
     def _standing(self, folder: RunFolder, summary: RunSummary | None, running: bool) -> str:
-        found = standing(folder, summary, running=running)
-        self._standings[folder.id] = found
-        return found
+        state = standing(folder, summary, running=running)
+        self._standings[folder.id] = state
+        return state
 
     @cached_property
     def table(self) -> SignatureTable:
@@ -220,7 +220,7 @@ class CatalogedSweep:
             "planned": config["world"].get("steps"),
             "done": self.steps_done(folder) if status == RUNNING else None,
             "decisions": sum(outcomes.values()) if summary else None,
-            "undecided": sum(outcomes.get(one, 0) for one in UNDECIDED) if summary else None,
+            "undecided": sum(outcomes.get(outcome, 0) for outcome in UNDECIDED) if summary else None,
             "messages": summary.counts.messages if summary else None,
             "calls": summary.counts.calls if summary else None,
             "tokens": summary.counts.prompt_tokens + summary.counts.output_tokens if summary else None,
@@ -242,8 +242,8 @@ class CatalogedSweep:
     def _links(self) -> Iterator[dict[str, str]]:
         """Yield the reports, the plots and the tables in the sweep's folder, as far as they exist."""
         joint = sorted(self.folder.path.glob("report_of_*_folders.html"))
-        found = [self.folder.report_file, *joint, *sorted(self.folder.analysis_dir.rglob("*"))]
-        for path in found:
+        files = [self.folder.report_file, *joint, *sorted(self.folder.analysis_dir.rglob("*"))]
+        for path in files:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
                 yield {
                     "label": path.stem,
@@ -334,7 +334,7 @@ class Catalog:
         return self.root.resolve().name if path == self.root else path.relative_to(self.root).as_posix()
 
     def _free_id(self, path: Path) -> str:
-        base, taken = _address(self._name(path)), {one.id for one in self._kept.values()}
+        base, taken = _address(self._name(path)), {sweep.id for sweep in self._kept.values()}
         names = (base, *(f"{base}-{number}" for number in range(2, len(taken) + 3)))
         return next(name for name in names if name not in taken)
 

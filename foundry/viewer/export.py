@@ -113,7 +113,7 @@ def _paired_runs(sweep: CatalogedSweep) -> Iterator[tuple[RunFolder, RunFolder]]
     worlds = [condition.config["world"]["name"] for condition in sweep.folder.sweep.conditions]
     runs = zip(sweep.folder.sweep.runs, sweep.runs(), strict=True)
     placed = sorted((worlds[run.condition], run.seed, run.id, folder) for run, folder in runs)
-    for _, same in itertools.groupby(placed, key=lambda one: one[:2]):
+    for _, same in itertools.groupby(placed, key=lambda pair: pair[:2]):
         yield from itertools.combinations([folder for *_, folder in same], 2)
 
 

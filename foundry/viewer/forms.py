@@ -57,7 +57,7 @@ def view_of(form: str) -> FormView:
 def scripts_of(form: str) -> list[Script]:
     """Return the scripts of a form in the order of loading; the generic script is loaded before a user's script."""
     own, shipped = outside_script(form), _script(form)
-    return [one for one in ([shipped] if shipped else [_script(GENERIC), own]) if one is not None]
+    return [script for script in ([shipped] if shipped else [_script(GENERIC), own]) if script is not None]
 
 
 def outside_script(form: str) -> Script | None:
@@ -82,14 +82,14 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
     for own in own_modules("forms"):
         if own.name != form:
             continue
-        found: Any = getattr(own.load(), what, None)
-        if found is None:
+        part: Any = getattr(own.load(), what, None)
+        if part is None:
             return None
         if shipped is not None:
             refuse_shipped_name(f"{what} in {own.origin}", form, {form: shipped})
-        if isinstance(found, kind):
-            return found
-        raise InputError(f"{own.origin}: {what} must be of type {kind.__name__}; got {found!r}.")
+        if isinstance(part, kind):
+            return part
+        raise InputError(f"{own.origin}: {what} must be of type {kind.__name__}; got {part!r}.")
     return None
 
 

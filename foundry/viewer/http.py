@@ -142,8 +142,8 @@ class PageHandler(BaseHTTPRequestHandler):
         except RecordError as error:
             self._end_with(HTTPStatus.CONFLICT, str(error))
         except Exception as error:  # noqa: BLE001 - the boundary: a page must get an answer
-            told = f"The server failed to answer ({type(error).__name__}: {error})."
-            self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(told))
+            message = f"The server failed to answer ({type(error).__name__}: {error})."
+            self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, one_line(message))
 
     def _end_with(self, status: HTTPStatus, message: str) -> None:
         """Send an error and close the connection, on which a part of the request may be unread."""

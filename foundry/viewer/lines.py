@@ -153,8 +153,8 @@ class DecisionLines(StepLines):
         self.agents = 0
 
     def _index(self, block: bytes, whole: int) -> None:
-        found = _STEP_AND_AGENT.findall(b"\n" + block[:whole])
-        if len(found) != block.count(b"\n", 0, whole):
+        matches = _STEP_AND_AGENT.findall(b"\n" + block[:whole])
+        if len(matches) != block.count(b"\n", 0, whole):
             raise RecordError(f"{self.path}: a line does not begin with its step and its agent.")
         super()._index(block, whole)
-        self.agents = max(self.agents, *(int(agent) + 1 for agent in set(found)), 0)
+        self.agents = max(self.agents, *(int(agent) + 1 for agent in set(matches)), 0)

@@ -161,17 +161,17 @@ class Resources:
     def take_note(self, sweep: str, content: bytes) -> None:
         """Add a note to a sweep, or change one; see the function `take_note`."""
         with self._lock:
-            found = self.catalog.sweep(sweep)
-        take_note(found, content, lambda number: self.probe(sweep).place(number))
+            sweep_found = self.catalog.sweep(sweep)
+        take_note(sweep_found, content, lambda number: self.probe(sweep).place(number))
 
     def probe(self, sweep: str) -> ProbeView:
         """Return the view of a probe, or raise InputError if the sweep is not a probe."""
         with self._lock:
             if sweep not in self._probes:
-                found = self.catalog.sweep(sweep)
-                if not found.is_probe:
-                    raise InputError(f"'{found.name}' is not a probe: it has runs, but no moments.")
-                self._probes[sweep] = ProbeView(found.folder, self._trusted)
+                sweep_found = self.catalog.sweep(sweep)
+                if not sweep_found.is_probe:
+                    raise InputError(f"'{sweep_found.name}' is not a probe: it has runs, but no moments.")
+                self._probes[sweep] = ProbeView(sweep_found.folder, self._trusted)
             return self._probes[sweep]
 
     def _search(self, name: str, asked: str) -> dict[str, Any]:
@@ -188,8 +188,8 @@ class Resources:
 
     def _analysis(self, sweep: str, run: str) -> dict[str, Any]:
         with self._lock:
-            found = self._analysed.setdefault(sweep, AnalysedRuns(self.catalog.sweep(sweep)))
-            return found.of(run)
+            analysed = self._analysed.setdefault(sweep, AnalysedRuns(self.catalog.sweep(sweep)))
+            return analysed.of(run)
 
     def _partings(self, name: str, *runs: str) -> dict[str, Any]:
         """Return the first questions that were equal in two runs but were decided differently."""
@@ -198,24 +198,24 @@ class Resources:
         with self._lock:
             sweep = self.catalog.sweep(name)
             first, second = (sweep.run(run) for run in runs)
-        found = itertools.islice(partings(first, second), MOST_PARTINGS)
-        return {"partings": [[one.step, one.agent, one.question, one.asked] for one in found]}
+        listed = itertools.islice(partings(first, second), MOST_PARTINGS)
+        return {"partings": [[parting.step, parting.agent, parting.question, parting.asked] for parting in listed]}
 
     def view(self, sweep: str, run: str) -> RunView:
         """Return the view of a run. A restarted run gets a new view."""
         with self._lock:
             folder = self.catalog.sweep(sweep).run(run)
-            kept = self._views.pop((sweep, run), None)
-            if kept is not None and kept[0] != folder.beginning:
-                kept[1].close()
-                kept = None
-            if kept is None:
+            cached = self._views.pop((sweep, run), None)
+            if cached is not None and cached[0] != folder.beginning:
+                cached[1].close()
+                cached = None
+            if cached is None:
                 settings = {"decisions_per_chunk": self._decisions_per_chunk, "trusted": self._trusted}
-                kept = folder.beginning, open_view(folder, self._is_warning, **settings)
-            self._views[sweep, run] = kept
+                cached = folder.beginning, open_view(folder, self._is_warning, **settings)
+            self._views[sweep, run] = cached
             while len(self._views) > _OPEN_RUNS:
                 self._views.popitem(last=False)[1][1].close()
-            return kept[1]
+            return cached[1]
 
 
 def _of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Any:
@@ -272,7 +272,7 @@ def _track(view: RunView, agent: int) -> Any:
 
 
 def _about(view: RunView, sweep: CatalogedSweep) -> dict[str, Any]:
-    page = [one.told for one in scripts_of(view.folder.declared.form)]
+    page = [script.told for script in scripts_of(view.folder.declared.form)]
     run = view.folder.id
     beside = {"seeds": sweep.seeds_of(run), "models": sweep.models_beside(run)}
     return {**view.about(), "models": sweep.folder.sweep.model_names(), "page": page, "beside": beside}
@@ -293,8 +293,8 @@ def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
     answer = {**_OF_RUN, **view.parts}.get((what, len(numbers)))
     if answer is None:
         raise InputError(f"A run has no data at an address with '{what}' and {counted(len(numbers), 'number')}.")
-    found = answer(view, *numbers)
-    return found if isinstance(found, Resource) else Resource(_ENCODE(found))
+    resource = answer(view, *numbers)
+    return resource if isinstance(resource, Resource) else Resource(_ENCODE(resource))
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:

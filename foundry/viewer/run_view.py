@@ -15,7 +15,7 @@ from foundry.storing.store import RunFolder, lines_of
 from foundry.viewer.calls import CallLog
 from foundry.viewer.lines import StepLines, by_agent, lines_of_agent
 
-OUTCOMES = tuple(str(one) for one in Outcome)
+OUTCOMES = tuple(str(outcome) for outcome in Outcome)
 UNDECIDED = frozenset({Outcome.UNREADABLE, Outcome.EMPTY, Outcome.TRUNCATED, Outcome.FAILED})
 COMPLETE, FAILED = "complete", "failed"
 RUNNING, UNFINISHED, WAITING = "running", "unfinished", "waiting"
@@ -145,10 +145,10 @@ class RunView(ABC):
         if agent is not None:
             of_agent = rb'\n(\{"step":\d+,"sender":\d+,"recipient":%d,[^\n]*)' % agent
             lines = b"\n".join(re.findall(of_agent, b"\n" + lines))
-        found: dict[int, list[tuple[int, int, str]]] = {}
+        messages: dict[int, list[tuple[int, int, str]]] = {}
         for heard in _READ_MESSAGES(lines):
-            found.setdefault(heard.recipient, []).append((heard.step, heard.sender, heard.text))
-        return found
+            messages.setdefault(heard.recipient, []).append((heard.step, heard.sender, heard.text))
+        return messages
 
     def personas(self) -> dict[int, dict[str, str]]:
         """Return the recorded personas of the agents."""
@@ -212,8 +212,8 @@ class RunView(ABC):
         received = self.received(first, last)
         for agent in range(self.agents):
             lines = {"steps": raw(steps.get(agent, [])), "calls": raw(calls.get(agent, []))}
-            found = {"first": first, "last": last, **lines, "received": received.get(agent, [])}
-            yield agent, {**found, "damaged": self.calls.damaged}
+            everything = {"first": first, "last": last, **lines, "received": received.get(agent, [])}
+            yield agent, {**everything, "damaged": self.calls.damaged}
 
     def read_steps(self, first: int, last: int, kind: type[AnyRecord]) -> Sequence[AnyRecord]:
         """Return the records of the steps from `first` to `last`, or raise RecordError if a line has another type."""

@@ -41,7 +41,7 @@ CREATE TABLE IF NOT EXISTS moments
 CREATE INDEX IF NOT EXISTS places ON moments (kind, run, agent, step, outcome);
 CREATE VIRTUAL TABLE IF NOT EXISTS words USING fts5(text, content='', {_TOKENS});
 """
-_OUTCOMES = [str(one) for one in Outcome]
+_OUTCOMES = [str(outcome) for outcome in Outcome]
 _Moment = tuple[int, int, str, str, str]
 _Hit = list[Any]
 
@@ -115,17 +115,17 @@ class TextSearch:
             raise InputError(f"'{query.words}' contains no word to search for. Give a word, or another condition.")
         noted = self._noted(query, phrases, runs) if query.kind in (EVERY, NOTE) else []
         if query.kind == NOTE:
-            found = {"hits": noted[query.skip : query.skip + MOST], "count": len(noted), "agents": []}
-            return {**found, "in_runs": Counter(hit[0] for hit in noted), "indexed": 0, "runs": 0, "unread": []}
+            result = {"hits": noted[query.skip : query.skip + MOST], "count": len(noted), "agents": []}
+            return {**result, "in_runs": Counter(hit[0] for hit in noted), "indexed": 0, "runs": 0, "unread": []}
         due = self._begin()
         if self._problem:
             raise InputError(self._problem)
         try:
-            found = self._found(query, phrases, noted, runs)
+            result = self._found(query, phrases, noted, runs)
         except sqlite3.Error as error:
             raise InputError(f"The index '{self.sweep.search_file}' is damaged ({error}). Delete it.") from error
         indexed = len(self._indexed)
-        return {**found, "indexed": indexed, "runs": indexed + due, "unread": list(self._unread.values())}
+        return {**result, "indexed": indexed, "runs": indexed + due, "unread": list(self._unread.values())}
 
     def _noted(self, query: Query, phrases: str, runs: Collection[str] | None) -> list[_Hit]:
         """Return the notes whose text, tags and author contain all words."""
@@ -189,12 +189,12 @@ class TextSearch:
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
         )
-        found = f"FROM {texts} JOIN runs ON runs.id = moments.run WHERE {' AND '.join(conditions)}"
+        source = f"FROM {texts} JOIN runs ON runs.id = moments.run WHERE {' AND '.join(conditions)}"
         skip, notes = max(0, query.skip - len(noted)), noted[query.skip : query.skip + MOST]
         with closing(self._open()) as connection:
             part = f"ORDER BY {order} LIMIT {MOST - len(notes)} OFFSET {skip}"
-            rows = connection.execute(f"SELECT runs.run, step, agent, kind, said {found} {part}", values).fetchall()
-            counted = connection.execute(f"SELECT runs.run, agent, count(*) {found} GROUP BY 1, 2", values).fetchall()
+            rows = connection.execute(f"SELECT runs.run, step, agent, kind, said {source} {part}", values).fetchall()
+            counted = connection.execute(f"SELECT runs.run, agent, count(*) {source} GROUP BY 1, 2", values).fetchall()
         hits = [
             [run, step, agent, KINDS[of], _part(zlib.decompress(said).decode(), query.words)]
             for run, step, agent, of, said in rows

@@ -118,8 +118,8 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
     places = {key: place for place, (key, group) in enumerate(groups.items()) if not group.baseline}
     runs = [run.id for run in sweep.sweep.runs]
     known = set(table.names())
-    told = [table.texts(name, runs) if name in known else [""] * len(runs) for name in columns]
-    group_of = [places.get(key) for key in zip(*told, strict=True)]
+    columns_of_text = [table.texts(name, runs) if name in known else [""] * len(runs) for name in columns]
+    group_of = [places.get(key) for key in zip(*columns_of_text, strict=True)]
     findings = _written(sweep.analysis_dir / "findings.json", list[Finding]) or []
     here = set(runs)
     for finding in findings:
@@ -127,7 +127,7 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
             moment for moment in finding.moments if moment.level_run in here and moment.reference_run in here
         ]
     overview = _written(sweep.analysis_dir / "overview.json", _Overview) or _Overview()
-    furthest = [one for one in overview.furthest if one["run"] in here]
+    furthest = [moment for moment in overview.furthest if moment["run"] in here]
     part = rows[0].get("filter") or ""
     return Summary(columns, list(groups.values()), group_of, part, findings, overview.matrix, furthest)
 

@@ -75,11 +75,11 @@ def _reported(sweep: CatalogedSweep, reports: Mapping[str, Any]) -> _Reported:
 
 
 def _merged(reports: Mapping[str, Any], key: str) -> dict[str, Any]:
-    return {run: found for report in reports.values() for run, found in report.get(key, {}).items()}
+    return {run: state for report in reports.values() for run, state in report.get(key, {}).items()}
 
 
-def _open_run(sweep: CatalogedSweep, run: str, found: _Reported) -> dict[str, Any]:
-    folder, counts = sweep.run(run), found.counts.get(run, {})
+def _open_run(sweep: CatalogedSweep, run: str, report: _Reported) -> dict[str, Any]:
+    folder, counts = sweep.run(run), report.counts.get(run, {})
     config = folder.config()
     return {
         "run": run,
@@ -88,12 +88,12 @@ def _open_run(sweep: CatalogedSweep, run: str, found: _Reported) -> dict[str, An
         "seed": config["seed"],
         "done": sweep.steps_done(folder),
         "planned": config["world"].get("steps"),
-        "expected": found.most.get(run),
+        "expected": report.most.get(run),
         **{name: counts.get(name) for name in _COUNTS},
     }
 
 
-def _calls_left(sweep: CatalogedSweep, found: _Reported) -> dict[str, float | None]:
+def _calls_left(sweep: CatalogedSweep, report: _Reported) -> dict[str, float | None]:
     """Estimate the number of calls to come for each model that has runs to finish; None if nothing is known.
 
     Each open run is taken to make its maximum number of calls. Each waiting run is taken to make as many calls as the
@@ -101,26 +101,26 @@ def _calls_left(sweep: CatalogedSweep, found: _Reported) -> dict[str, float | No
     """
     left: dict[str, float | None] = {}
     for model, runs in Counter(sweep.models[run] for run in sweep.waiting()).items():
-        own = [run for run in found.opened if sweep.models[run] == model]
-        known = [found.most[run] for run in own if run in found.most]
-        tally = found.tallies.get(model, Counter())
+        own = [run for run in report.opened if sweep.models[run] == model]
+        known = [report.most[run] for run in own if run in report.most]
+        tally = report.tallies.get(model, Counter())
         ended = tally["complete"] + tally["failed"]
         if not known and not ended:
             left[model] = None
             continue
-        made = tally["calls"] - sum(map(found.made, own))
+        made = tally["calls"] - sum(map(report.made, own))
         each = made / ended if ended else sum(known) / len(known)
-        open_ones = sum(max(0, found.most[run] - found.made(run)) for run in own if run in found.most)
+        open_ones = sum(max(0, report.most[run] - report.made(run)) for run in own if run in report.most)
         left[model] = open_ones + max(0, runs - len(own)) * each
     return left
 
 
 def _failures(sweep: CatalogedSweep) -> list[dict[str, Any]]:
     """Return the causes of failures with some runs for each; the most frequent cause comes first."""
-    found: dict[tuple[str | None, str | None], list[str]] = defaultdict(list)
-    for one in sweep.failed():
-        found[one.error_type, one.error].append(one.run)
-    ordered = sorted(found.items(), key=lambda item: -len(item[1]))
+    runs_by_cause: dict[tuple[str | None, str | None], list[str]] = defaultdict(list)
+    for summary in sweep.failed():
+        runs_by_cause[summary.error_type, summary.error].append(summary.run)
+    ordered = sorted(runs_by_cause.items(), key=lambda item: -len(item[1]))
     return [
         {"error_type": kind, "error": error, "count": len(runs), "runs": sorted(runs)[:NAMED]}
         for (kind, error), runs in ordered

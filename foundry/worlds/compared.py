@@ -29,9 +29,9 @@ class Compared:
     place: Callable[[Line], tuple[float, ...]] | None = None
     heading: Callable[[Line], float] | None = None
 
-    def acts_alike(self, one: Line, other: Line) -> bool:
+    def acts_alike(self, first: Line, other: Line) -> bool:
         """Return whether both lines record the same action."""
-        return all(one.get(key) == other.get(key) for key in self.acted)
+        return all(first.get(key) == other.get(key) for key in self.acted)
 
     def state_of(self, line: Line, declared: Declared) -> dict[str, Any]:
         """Return the part of a line that describes the state of its agent."""

@@ -59,7 +59,7 @@ def test_of_eight_calls_in_flight_to_a_single_slot_two_are_left_after_few_answer
 def test_from_the_slots_that_a_server_tells_only_refusals_lower_the_limit_and_it_comes_back():
     told = InFlight(min=1, max=512, initial=16).from_slots(8)
     server = Timed(slots=8, spread=1.2, tells_queue=True, overhead=1.0)  # such as a long way to the server
-    found = climb_within(told, told.initial, found=False)
+    found = climb_within(told, told.initial, known=False)
     limits = set()
     for _ in range(3000):
         server.serve(1, found)
@@ -142,7 +142,7 @@ def test_what_the_server_does_not_account_for_is_no_queue_when_fewer_calls_answe
 
 
 def test_a_limit_that_was_found_before_does_not_grow_at_once():
-    known, unknown = (Climb(least=1, most=512, initial=16, found=found) for found in (True, False))
+    known, unknown = (Climb(least=1, most=512, initial=16, known=is_known) for is_known in (True, False))
     Timed(slots=16).serve(100, known)
     Timed(slots=16).serve(100, unknown)
     assert (known.limit, unknown.limit) == (16, 64)

@@ -181,16 +181,16 @@ def _written(condition: ExportedCondition, scores: Scores, folder: Path) -> Path
         return None
     check(content)
     developer, _, model = model_id(condition).partition("/")
-    places = [_NOT_PORTABLE.sub("_", one) for one in (LIBRARY, developer, model)]
+    places = [_NOT_PORTABLE.sub("_", part) for part in (LIBRARY, developer, model)]
     path = folder.joinpath("data", *places, f"{condition.identity(*condition.recorded)}.json")
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, _json(content))
     return path
 
 
-def check(found: dict[str, Any]) -> None:
+def check(record: dict[str, Any]) -> None:
     """Raise an error if a record does not fit the published schema."""
-    error = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(_schema()).iter_errors(found))
+    error = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(_schema()).iter_errors(record))
     if error is not None:
         raise RecordError(f"A record does not fit the schema of Every Eval Ever at {error.json_path}: {error.message}")
 

@@ -63,11 +63,11 @@ def events(run: ExportedRun) -> Iterator[Event]:
     """
     times = {"timestamp": run.summary.started, "working_start": 0.0}
     calls = enumerate(run.calls())
-    for number, (step, found) in enumerate(itertools.groupby(calls, key=lambda one: one[1].step)):
+    for number, (step, calls_of_step) in enumerate(itertools.groupby(calls, key=lambda numbered: numbered[1].step)):
         span = f"{run.folder.id}-span-{number}"
         ids = [f"{span}-begin", f"{span}-end"]
         yield SpanBeginEvent(id=span, span_id=span, uuid=ids[0], type="step", name=f"step {step}", **times)
-        for index, call in found:
+        for index, call in calls_of_step:
             yield _event(run, call, uuid=f"{run.folder.id}-call-{index}", span_id=span, **times)
         yield SpanEndEvent(id=span, span_id=span, uuid=ids[1], **times)
 
@@ -99,10 +99,10 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
     """Return an image as it was sent. If the image was not recorded, return its hash as data, not as a text."""
-    found = run.image(sha256)
-    if found is None:
+    stored = run.image(sha256)
+    if stored is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})
-    name, content = found
+    name, content = stored
     kind = mimetypes.guess_type(name)[0]
     return ContentImage(image=f"data:{kind};base64,{base64.b64encode(content).decode()}")
 
@@ -211,7 +211,7 @@ def _described(measure: Measured) -> dict[str, Any]:
 
 
 def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
-    summary, found = run.summary, list(events(run))
+    summary, run_events = run.summary, list(events(run))
     failed = summary.status != COMPLETE
     error = EvalError(message=summary.error or "", traceback=summary.traceback or "", traceback_ansi="")
     return EvalSample(
@@ -227,8 +227,8 @@ def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
             "agents_of_models": {member.model: list(member.agents) for member in summary.members},
             "records_sha256": summary.records_sha256,
         },
-        events=found,
-        model_usage=_sums(_usages(found)),
+        events=run_events,
+        model_usage=_sums(_usages(run_events)),
         started_at=summary.started,
         completed_at=summary.ended,
         total_time=summary.duration_s,
@@ -248,8 +248,8 @@ def _scores(values: Mapping[str, float], measures: Iterable[Measured]) -> dict[s
     }
 
 
-def _usages(found: Iterable[Event]) -> Iterable[tuple[str, ModelUsage]]:
-    calls = (event for event in found if isinstance(event, ModelEvent))
+def _usages(all_events: Iterable[Event]) -> Iterable[tuple[str, ModelUsage]]:
+    calls = (event for event in all_events if isinstance(event, ModelEvent))
     return ((call.model, call.output.usage) for call in calls if call.output.usage is not None)
 
 
@@ -289,9 +289,9 @@ def _score(measure: Measured, mean: Mean, complete: int) -> EvalScore:
 def _forget_times(path: Path) -> None:
     """Rewrite an archive such that it does not contain the times at which its members were written."""
     again = path.with_name(f".{path.name}.part")
-    with zipfile.ZipFile(path) as written, zipfile.ZipFile(again, "w") as kept:
+    with zipfile.ZipFile(path) as written, zipfile.ZipFile(again, "w") as copy:
         for member in written.infolist():
             timeless = zipfile.ZipInfo(member.filename, _NO_TIME)
             timeless.compress_type = member.compress_type
-            kept.writestr(timeless, written.read(member))
+            copy.writestr(timeless, written.read(member))
     again.replace(path)

@@ -104,7 +104,7 @@ class Answers(ABC):
 
     def get(self, keys: Sequence[str]) -> dict[str, Reply]:
         """Return the cached replies, confirmed or not, by key."""
-        return {key: kept.reply for key, kept in self.find(keys).items()}
+        return {key: cached.reply for key, cached in self.find(keys).items()}
 
     def _rows(self, replies: Mapping[str, Reply], model: str) -> Iterator[Row]:
         for key, reply in replies.items():
@@ -113,12 +113,12 @@ class Answers(ABC):
 
     def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, Kept]:
         """Return the undamaged rows that were asked for; a damaged file may return other rows."""
-        asked, found = frozenset(keys), {}
+        asked, intact = frozenset(keys), {}
         for key, blob, crc, mark in rows:
             reply = self._read(blob, crc) if key in asked else None
             if reply is not None:
-                found[key] = Kept(reply, mark)
-        return found
+                intact[key] = Kept(reply, mark)
+        return intact
 
     def _read(self, blob: object, crc: int) -> Reply | None:
         if not isinstance(blob, bytes) or zlib.crc32(blob) != crc:

@@ -19,8 +19,8 @@ def with_weights(info: ModelInfo, digest: str) -> ModelInfo:
     _, mark, weights = digest.partition(MARK)
     if info.digest is None or not mark:
         return info
-    told = None if info.weights is None else listed(info.weights) + mark + weights
-    return replace(info, digest=listed(info.digest) + mark + weights, weights=told)
+    weights_named = None if info.weights is None else listed(info.weights) + mark + weights
+    return replace(info, digest=listed(info.digest) + mark + weights, weights=weights_named)
 
 
 class _Row(msgspec.Struct):

@@ -77,14 +77,14 @@ class Unconfirmed:
     def find(self, keys: Sequence[str]) -> dict[str, Reply]:
         """Return the cached answers that may be used, by key."""
         answers = self._answers.find(keys)
-        waiting = {key for key, kept in answers.items() if kept.mark is not None}
+        waiting = {key for key, cached in answers.items() if cached.mark is not None}
         if not waiting:
-            return {key: kept.reply for key, kept in answers.items()}
+            return {key: cached.reply for key, cached in answers.items()}
         mine = {key for key in waiting if answers[key].mark in self._known}
         for key in mine:
             self.check(answers[key].reply)
         self._used |= mine
-        return {key: kept.reply for key, kept in answers.items() if key in mine or key not in waiting}
+        return {key: cached.reply for key, cached in answers.items() if key in mine or key not in waiting}
 
     def check(self, reply: Reply | None = None) -> None:
         """Raise an error if the server is known to have changed, or if a reply shows such a change."""

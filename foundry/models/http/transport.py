@@ -226,7 +226,7 @@ def name_in(value: Any) -> str | None:
 
 def names_in(value: Any) -> tuple[str, ...]:
     """Return the texts in a list that a server sent; empty if the value is not a list."""
-    return tuple(one for one in value if isinstance(one, str)) if isinstance(value, list) else ()
+    return tuple(name for name in value if isinstance(name, str)) if isinstance(value, list) else ()
 
 
 def length_in(value: Any) -> int | None:

@@ -134,7 +134,7 @@ class Desk:
     def _note(self) -> None:
         """Show the next question if none is shown, and notify everyone who waits for a change."""
         if self._now is None and self._waiting and self._agreed:
-            self._now = min(self._waiting.values(), key=lambda one: one.order)
+            self._now = min(self._waiting.values(), key=lambda waiting: waiting.order)
             self._since = self._clock()
         self._version += 1
         self._changed.notify_all()

@@ -269,4 +269,9 @@ def _picture(image: bytes) -> Any:
 
 
 def _end_tokens(*ids: int | list[int] | None) -> set[int]:
-    return {token for one in ids for token in (one if isinstance(one, list) else [one]) if token is not None}
+    return {
+        token
+        for token_ids in ids
+        for token in (token_ids if isinstance(token_ids, list) else [token_ids])
+        if token is not None
+    }

@@ -43,10 +43,10 @@ class CanaryAsker:
             except (RequestError, ServerError):
                 del self._ways[0]
                 continue
-            told = [signs for signs in replies if any(sign.text or sign.tokens for sign in signs)]
-            if not told and not self._failed:
+            answered = [signs for signs in replies if any(sign.text or sign.tokens for sign in signs)]
+            if not answered and not self._failed:
                 self._ways.clear()
-            return told
+            return answered
         return []
 
     async def _sign(self, model: Model, prompt: int) -> Sign:

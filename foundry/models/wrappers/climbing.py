@@ -88,10 +88,10 @@ class Sums(msgspec.Struct):
             self.told_s += seconds
 
     def __add__(self, other: Sums) -> Sums:
-        return Sums(*(one + two for one, two in zip(self._values(), other._values(), strict=True)))
+        return Sums(*(mine + two for mine, two in zip(self._values(), other._values(), strict=True)))
 
     def __sub__(self, other: Sums) -> Sums:
-        return Sums(*(one - two for one, two in zip(self._values(), other._values(), strict=True)))
+        return Sums(*(mine - two for mine, two in zip(self._values(), other._values(), strict=True)))
 
     def copy(self) -> Sums:
         """Return a copy of the current sums."""
@@ -156,8 +156,8 @@ class Climb:
     between them. After refusals, timeouts, or a server's report of its queue, the limit falls without a comparison.
     """
 
-    def __init__(self, *, least: int, most: int, initial: int, found: bool = False, only_up: bool = False) -> None:
-        """Set the bounds and the start; `found` says that the start was found by an earlier climb.
+    def __init__(self, *, least: int, most: int, initial: int, known: bool = False, only_up: bool = False) -> None:
+        """Set the bounds and the start; `known` says that an earlier climb ended at the start.
 
         With `only_up`, only refusals and timeouts lower the limit.
         """
@@ -167,15 +167,15 @@ class Climb:
         self.limit = initial
         self._home = initial
         self._base: Measured | None = None
-        self._step = math.sqrt(LARGEST_STEP) if found else FIRST_STEP
+        self._step = math.sqrt(LARGEST_STEP) if known else FIRST_STEP
         self._up = True
         self._failures = 0
-        self._rest_calls = float(_long_rest(initial) if found else 0)
+        self._rest_calls = float(_long_rest(initial) if known else 0)
         self._settle = float(initial)
         self._judged = 0.0
         self._workers = 1
         self._start = Sums()
-        self._climbing = not found
+        self._climbing = not known
         self._told = False
         self._unaccounted = 0.0
 
@@ -220,36 +220,38 @@ class Climb:
         elif calls >= self._rest_calls and self._is_known(measured):
             self._try_another(measured, sums)
 
-    def _is_known(self, found: Measured) -> bool:
-        return found.variance < CLEAR**2 or found.calls >= max(MANY_CALLS, 4 * self.limit)
+    def _is_known(self, measured: Measured) -> bool:
+        return measured.variance < CLEAR**2 or measured.calls >= max(MANY_CALLS, 4 * self.limit)
 
-    def _give_way(self, limit: int, found: Measured, sums: Sums) -> None:
+    def _give_way(self, limit: int, measured: Measured, sums: Sums) -> None:
         """Try a limit at which hardly any call waits, or go back to the limit before if that limit is no smaller."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
         self._up, self._told = False, True
-        self._try(limit, found, sums)
+        self._try(limit, measured, sums)
 
-    def _without_waiting(self, found: Measured) -> int | None:
+    def _without_waiting(self, measured: Measured) -> int | None:
         """Return a smaller limit at which hardly any call waits in the server's queue; None if few calls wait.
 
         Time for which the server does not account counts as a queue until a smaller limit lowers the throughput.
         """
-        if found.queued is None or self._only_up:
+        if measured.queued is None or self._only_up:
             return None
-        self._unaccounted = min(self._unaccounted, found.queued)
-        at_work = found.in_flight * (1 - found.queued) / (1 - self._unaccounted)
+        self._unaccounted = min(self._unaccounted, measured.queued)
+        at_work = measured.in_flight * (1 - measured.queued) / (1 - self._unaccounted)
         wanted = max(self._floor, math.ceil(1.1 * at_work))
-        return wanted if found.in_flight > QUEUEING * at_work + 1 and wanted < self.limit else None
+        return wanted if measured.in_flight > QUEUEING * at_work + 1 and wanted < self.limit else None
 
-    def _compare(self, found: Measured, base: Measured, calls: float, sums: Sums) -> None:
+    def _compare(self, measured: Measured, base: Measured, calls: float, sums: Sums) -> None:
         """Accept or reject the tried limit once the comparison is clear; if it stays unclear, take a larger step."""
-        if (found.in_flight > base.in_flight) != self._up or abs(math.log(found.in_flight / base.in_flight)) < 0.02:
+        if (measured.in_flight > base.in_flight) != self._up or abs(
+            math.log(measured.in_flight / base.in_flight)
+        ) < 0.02:
             self._told = False
             self._fail(sums)
             return
-        gain, error = found.gain(base)
+        gain, error = measured.gain(base)
         sigmas = (gain - WORTH_IT) / error * (1 if self._up else -1)
         largest = self._step >= LARGEST_STEP
         # Too many calls cost little, too few cost throughput: so growth is accepted more readily than shrinking.
@@ -259,14 +261,14 @@ class Climb:
             return
         # In doubt the server's report of its queue is right.
         if sigmas > (-1.0 if self._told else 0.0 if largest else enough):
-            self._take(found, gain, sums)
+            self._take(measured, gain, sums)
         elif sigmas <= against or largest:
             self._fail(sums)
         else:
             self._step = min(LARGEST_STEP, self._step**2)
             self._rest_at(self._home, sums, 0)
 
-    def _take(self, found: Measured, gain: float, sums: Sums) -> None:
+    def _take(self, measured: Measured, gain: float, sums: Sums) -> None:
         far = gain > LINEAR if self._up else gain < FLAT
         wider = max(self._step, min(LARGEST_STEP, self._step**2))
         self._step = wider if far else max(SMALLEST_STEP, math.sqrt(self._step))
@@ -276,7 +278,7 @@ class Climb:
             self._rest_at(self.limit, sums, _long_rest(self.limit))
         else:
             self._home = self.limit
-            self._try_another(found, sums)
+            self._try_another(measured, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
         """Go back to the earlier limit, or near it, and try the other direction; rest if neither direction helps."""

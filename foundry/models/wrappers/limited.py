@@ -35,7 +35,7 @@ class Limit:
         self.bounds = bounds
         self.allowed = bounds.initial
         self.in_flight = 0
-        self._climb: Climb | None = climb_within(bounds, bounds.initial, found=False)
+        self._climb: Climb | None = climb_within(bounds, bounds.initial, known=False)
         self._sums = Sums()
         self._waiters: dict[asyncio.Future[None], str | None] = {}
         self._clock = clock
@@ -98,9 +98,9 @@ class Limit:
         """End the search for a limit: from now on, only `allow` sets the limit."""
         self._climb = None
 
-    def find(self, initial: int, *, found: bool) -> None:
-        """Climb again from the given limit; `found` says whether an earlier climb found this limit."""
-        self._climb = climb_within(self.bounds, initial, found=found)
+    def find(self, initial: int, *, known: bool) -> None:
+        """Climb again from the given limit; `known` says whether an earlier climb found this limit."""
+        self._climb = climb_within(self.bounds, initial, known=known)
         self.allow(self._climb.limit)
 
     @property
@@ -138,13 +138,13 @@ class Limit:
             self._sums.waiting_s += passed
 
 
-def climb_within(bounds: InFlight, initial: int, *, found: bool) -> Climb:
-    """Return a climb within the bounds from this limit; `found` says whether an earlier climb found it.
+def climb_within(bounds: InFlight, initial: int, *, known: bool) -> Climb:
+    """Return a climb within the bounds from this limit; `known` says whether an earlier climb found it.
 
     If the first value of the bounds is their maximum, as for known slots, no smaller limit is tried.
     """
     start, only_up = max(bounds.min, min(bounds.max, initial)), bounds.initial == bounds.max
-    return Climb(least=bounds.min, most=bounds.max, initial=start, found=found, only_up=only_up)
+    return Climb(least=bounds.min, most=bounds.max, initial=start, known=known, only_up=only_up)
 
 
 class LimitedModel(Wrapper):

@@ -12,8 +12,8 @@ SMALL = ("world.agents=4", "world.steps=3")
 
 def test_it_holds_what_every_model_must_hold() -> None:
     """Every check of `foundry check` passes; the model is not asked."""
-    found = foundry.check("model=part_name", *SMALL, config_dir=MINE)
-    assert [one for one in found if one.status == "failed"] == []
+    findings = foundry.check("model=part_name", *SMALL, config_dir=MINE)
+    assert [finding for finding in findings if finding.status == "failed"] == []
 
 
 def test_it_plays_an_episode(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,8 +12,8 @@ SMALL = ("world.agents=4", "world.steps=3")
 
 def test_it_holds_what_every_signature_must_hold() -> None:
     """Every check of `foundry check` passes."""
-    found = foundry.check("part_name", *SMALL, config_dir=MINE)
-    assert [one for one in found if one.status == "failed"] == []
+    findings = foundry.check("part_name", *SMALL, config_dir=MINE)
+    assert [finding for finding in findings if finding.status == "failed"] == []
 
 
 def test_who_always_does_the_same_has_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,5 +42,5 @@ class PartName(RoundsScenario):
         for _ in table.rounds(self.steps):
             decisions = yield [table.ask(agent, "gift", given=given, tokens=self.tokens) for agent in table.agents]
             given = sum(int(decision.taken) for decision in decisions)
-            for one in decisions:
-                table.record(one, utility=self.tokens - int(one.taken) + 2 * given / self.agents)
+            for answer in decisions:
+                table.record(answer, utility=self.tokens - int(answer.taken) + 2 * given / self.agents)

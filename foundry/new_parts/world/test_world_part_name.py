@@ -11,8 +11,8 @@ MINE = Path(__file__).parent
 
 def test_it_holds_what_every_world_must_hold() -> None:
     """Every check of `foundry check` passes."""
-    found = foundry.check("world=part_name", config_dir=MINE)
-    assert [one for one in found if one.status == "failed"] == []
+    findings = foundry.check("world=part_name", config_dir=MINE)
+    assert [finding for finding in findings if finding.status == "failed"] == []
 
 
 def test_who_gives_nothing_keeps_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,9 +57,9 @@ class AnyView(RunView):
 
     def progress(self, *, running: bool) -> dict[str, Any]:
         """Return the progress of the run. `beginning` changes if the page must load the run again."""
-        found = super().progress(running=running)
+        state = super().progress(running=running)
         self._fit()
-        return found | {"beginning": f"{found['beginning']} {self.agents} {self.steps.in_first}"}
+        return state | {"beginning": f"{state['beginning']} {self.agents} {self.steps.in_first}"}
 
     def _fit(self) -> None:
         self.steps_per_chunk = max(1, min(50, LINES_PER_CHUNK // max(1, self.steps.in_first)))
@@ -115,11 +115,13 @@ class AnyView(RunView):
         for row in self._rows(first, last):
             if isinstance(row.utility, int | float):
                 utilities.setdefault(row.step, []).append(row.utility)
-        found = {"utility (mean)": [_mean(utilities.get(step)) for step in range(first, last + 1)]} if utilities else {}
+        series = (
+            {"utility (mean)": [_mean(utilities.get(step)) for step in range(first, last + 1)]} if utilities else {}
+        )
         for curve in self._curves:
             for key, values in zip(curve.keys, curve.values(first, last), strict=True):
-                found[key if key == curve.name else f"{key} ({curve.name})"] = values["mean"]
-        return found
+                series[key if key == curve.name else f"{key} ({curve.name})"] = values["mean"]
+        return series
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
         """Return the messages."""

@@ -31,8 +31,8 @@ class Drawing:
 
     def kept(self) -> list[int]:
         """Return the steps with stored pictures, ascending."""
-        found = (_KEPT.fullmatch(name) for name in self._folder.pictures())
-        return sorted(int(match[1]) for match in found if match)
+        names = (_KEPT.fullmatch(name) for name in self._folder.pictures())
+        return sorted(int(match[1]) for match in names if match)
 
     def why_not(self) -> str:
         """Return the reason why no picture can be drawn, in one line; "" if pictures can be drawn."""
@@ -52,23 +52,23 @@ class Drawing:
 
     def picture(self, step: int) -> bytes:
         """Return a PNG of the state after a step, or raise InputError if it is neither stored nor can be drawn."""
-        kept = kept_file(self._folder.path, frame_name(step))
-        return self._drawn(step) if kept is None else kept
+        image = kept_file(self._folder.path, frame_name(step))
+        return self._drawn(step) if image is None else image
 
     def cheap(self, last: int) -> tuple[list[int], str]:
         """Return the steps whose pictures an export contains, and the reason why other steps lack pictures.
 
         The reason is "" if no step lacks a picture.
         """
-        kept = self.kept()
-        missing = sorted({*range(last + 1)}.difference(kept))
+        steps = self.kept()
+        missing = sorted({*range(last + 1)}.difference(steps))
         try:
             took_s = self._took_s(missing)
         except FoundryError as error:
-            return kept, str(error)
+            return steps, str(error)
         if took_s <= EXPORTED_S:
             return list(range(last + 1)), ""
-        return kept, (
+        return steps, (
             f"to draw {len(missing)} pictures takes about {took_s:,.0f} s, which is too long for an export. Use "
             "foundry view to see them, or store them during the run with record.frames=true."
         )

@@ -48,8 +48,8 @@ class OwnStream:
 
 def streams_of(folder: RunFolder) -> tuple[OwnStream, ...]:
     """Return the world's own record files of a run; a file without declared keys is left out while it is empty."""
-    found = (_stream(folder, name) for name in folder.streams if name not in _SHOWN_ELSEWHERE)
-    return tuple(one for one in found if one.keys or _head(one.lines))
+    streams = (_stream(folder, name) for name in folder.streams if name not in _SHOWN_ELSEWHERE)
+    return tuple(stream for stream in streams if stream.keys or _head(stream.lines))
 
 
 def _stream(folder: RunFolder, name: str) -> OwnStream:
@@ -95,12 +95,12 @@ class Curves:
     def values(self, first: int, last: int) -> list[dict[str, list[float | None]]]:
         """Return, for each key, the `low`, `mean` and `high` value of each step; None for a step without a value."""
         self.lines.grow()
-        found: dict[tuple[str, int], list[float]] = {}
+        values: dict[tuple[str, int], list[float]] = {}
         for row in _READ(self.lines.read(first, last)):
             for key in self.keys:
                 if isinstance(value := row.get(key), int | float):
-                    found.setdefault((key, row["step"]), []).append(value)
-        return [_by_step([found.get((key, step), []) for step in range(first, last + 1)]) for key in self.keys]
+                    values.setdefault((key, row["step"]), []).append(value)
+        return [_by_step([values.get((key, step), []) for step in range(first, last + 1)]) for key in self.keys]
 
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:

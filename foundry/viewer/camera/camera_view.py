@@ -79,8 +79,10 @@ class CameraView(RunView):
         episode = self._episode()
         if self._sights is None and episode is not None:
             self._sights = Sights(self.config, episode)
-        told = self._sights.told(self._rows(first, last)) if self._sights else {"target": None, "why": "", "sights": []}
-        return {"first": first, "last": last, **told}
+        shown = (
+            self._sights.told(self._rows(first, last)) if self._sights else {"target": None, "why": "", "sights": []}
+        )
+        return {"first": first, "last": last, **shown}
 
     def plan(self) -> Resource:
         """Return the floor plan of the scene, without walls before the run begins. A plan with walls is stored."""
@@ -112,7 +114,7 @@ class CameraView(RunView):
     def files(self) -> list[str]:
         """Return the files of all images that the decisions name, each once."""
         named = [_NAMED.decode(line) for line in self._lines(1, self.done)]
-        paths = [path for one in named for path in (one.image, *one.frames) if path is not None]
+        paths = [path for images in named for path in (images.image, *images.frames) if path is not None]
         return [f"{self._folder}/{path}" for path in dict.fromkeys(paths)]
 
     def episode(self) -> msgspec.Raw | None:

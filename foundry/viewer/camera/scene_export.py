@@ -261,10 +261,10 @@ def _encoded(pixels: UInt8Array) -> tuple[str, bytes]:
     holes = _has_holes(pixels)
     picture = Image.fromarray(pixels).convert("RGBA" if holes else "RGB")
     picture.thumbnail((LARGEST_PX, LARGEST_PX))
-    found = {"image/png": _saved(picture, "PNG", optimize=True)}
+    encoded = {"image/png": _saved(picture, "PNG", optimize=True)}
     if not holes:
-        found["image/jpeg"] = _saved(picture, "JPEG", quality=JPEG_QUALITY)
-    return min(found.items(), key=lambda one: len(one[1]))
+        encoded["image/jpeg"] = _saved(picture, "JPEG", quality=JPEG_QUALITY)
+    return min(encoded.items(), key=lambda item: len(item[1]))
 
 
 def _saved(picture: Image.Image, kind: str, **options: Any) -> bytes:

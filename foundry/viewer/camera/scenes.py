@@ -55,6 +55,6 @@ def plan_of(run_config: Mapping[str, Any], episode: CameraEpisode) -> dict[str, 
     from foundry.worlds.camera.body.surfaces import section
 
     corners = np.concatenate([mesh.points[mesh.triangles] for mesh in scene.meshes])
-    found = section(corners, episode.start.z + run_config["world"]["body"]["height"] / 2)
-    walls = {tuple(map(tuple, sorted(ends))) for ends in np.round(found, 2).tolist()}
+    cut = section(corners, episode.start.z + run_config["world"]["body"]["height"] / 2)
+    walls = {tuple(map(tuple, sorted(ends))) for ends in np.round(cut, 2).tolist()}
     return {"walls": sorted(wall for wall in walls if wall[0] != wall[1]), "why": ""}

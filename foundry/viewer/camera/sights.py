@@ -48,14 +48,14 @@ class Sights:
         claimed = _claimed(row.reply, self._episode.target)
         if self._pointer is None or "answer" in row.command:
             return {"claimed": claimed}
-        found = self._pointer.seen_from(row.pose)
+        pointed = self._pointer.seen_from(row.pose)
         return {
             "claimed": claimed,
-            "place": SEEN if row.target_visible_px else HIDDEN if found.centred else OUTSIDE,
-            "boxes": _rounded(found.boxes),
-            "spot": None if found.spot is None else _rounded(found.spot),
-            "turn": round(found.turn, 1),
-            "tilt": round(found.tilt, 1),
+            "place": SEEN if row.target_visible_px else HIDDEN if pointed.centred else OUTSIDE,
+            "boxes": _rounded(pointed.boxes),
+            "spot": None if pointed.spot is None else _rounded(pointed.spot),
+            "turn": round(pointed.turn, 1),
+            "tilt": round(pointed.tilt, 1),
         }
 
 

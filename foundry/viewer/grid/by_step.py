@@ -116,39 +116,39 @@ class GridByStep:
         with self._lock:
             if first != self.done + 1:
                 return
-            of_step = {step: list(found) for step, found in groupby(rows, lambda row: row.step)}
+            of_step = {step: list(rows_of_step) for step, rows_of_step in groupby(rows, lambda row: row.step)}
             for step, delivered in enumerate(deliveries, first):
                 for name, value in self._measured(step, of_step.get(step, []), delivered).items():
                     self.values.setdefault(name, []).append(value)
 
     def _measured(self, step: int, rows: Sequence[GridStep], delivered: Sequence[int]) -> dict[str, float | None]:
         inside, there = Counter(row.place for row in rows), len(rows)
-        found: dict[str, float | None] = self._of_fires(step, rows, delivered) if self._fires else {}
-        found[GROUP] = _largest_group(rows) / there if rows else None
-        found |= {f"in {name} (agents)": inside[name] for name in self._places}
-        found[ALONE] = sum(not row.neighbours for row in rows) / there if rows else None
-        found |= {SAID: sum(row.message is not None for row in rows), HEARD: len(set(delivered[1::2]))}
-        found |= {MOVED: sum(row.moved for row in rows)}
-        found[UNREAD] = sum(one in UNDECIDED for row in rows for one in (row.outcome, row.message_outcome))
-        return found if self._steady else found | {THERE: there}
+        values: dict[str, float | None] = self._of_fires(step, rows, delivered) if self._fires else {}
+        values[GROUP] = _largest_group(rows) / there if rows else None
+        values |= {f"in {name} (agents)": inside[name] for name in self._places}
+        values[ALONE] = sum(not row.neighbours for row in rows) / there if rows else None
+        values |= {SAID: sum(row.message is not None for row in rows), HEARD: len(set(delivered[1::2]))}
+        values |= {MOVED: sum(row.moved for row in rows)}
+        values[UNREAD] = sum(outcome in UNDECIDED for row in rows for outcome in (row.outcome, row.message_outcome))
+        return values if self._steady else values | {THERE: there}
 
     def _of_fires(self, step: int, rows: Sequence[GridStep], delivered: Sequence[int]) -> dict[str, float | None]:
         deliveries = list(zip(delivered[::2], delivered[1::2], strict=True))
         self._reached.take(rows, deliveries)
-        found: dict[str, float | None] = {}
+        values: dict[str, float | None] = {}
         if self._is_warning is not None:
             spoken = [(row.agent, row.message) for row in rows if row.message is not None]
             warning = {agent for agent, text in spoken if self._is_warning(text, self._names)}
             self._warned.take(rows, [delivery for delivery in deliveries if delivery[0] in warning])
-            found[WARNED] = self._warned.reach
+            values[WARNED] = self._warned.reach
         distance = self._distance(step, rows)
-        return found | {REACH: self._reached.reach, DISTANCE: distance, SAW: self._reached.saw}
+        return values | {REACH: self._reached.reach, DISTANCE: distance, SAW: self._reached.saw}
 
     def _distance(self, step: int, rows: Sequence[GridStep]) -> float | None:
         burning = [fire["position"] for fire in self._fires if fire["start"] <= step]
         if not burning or not rows:
             return None
-        return sum(min(math.dist((row.x, row.y), one) for one in burning) for row in rows) / len(rows)
+        return sum(min(math.dist((row.x, row.y), cell) for cell in burning) for row in rows) / len(rows)
 
 
 def _largest_group(rows: Sequence[GridStep]) -> int:

@@ -116,12 +116,12 @@ class GridView(RunView):
         def dense(values: Iterable[int], nothing: int = 0, *, ends: Iterable[int] = ()) -> list[int]:
             """Return a list of the values by step and agent; with `ends`, also the values after the last step."""
             after = list(ends)
-            found = [nothing] * (size + (self.agents if after else 0))
+            cells = [nothing] * (size + (self.agents if after else 0))
             for room, end in zip(rooms, after, strict=False):
-                found[room + self.agents] = end
+                cells[room + self.agents] = end
             for room, value in zip(rooms, values, strict=True):
-                found[room] = value
-            return found
+                cells[room] = value
+            return cells
 
         return {
             "first": first,
@@ -141,10 +141,10 @@ class GridView(RunView):
     def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
         """Return x, y and amount of the changed cells by step; the first list has all changes before step `first`."""
         lines.grow()
-        found: list[list[int]] = [[] for _ in range(first, last + 2)]
-        for one in lines_of(lines.read(0, last), _Cell, lines.path):
-            found[max(0, one.step - first + 1)] += (one.x, one.y, one.amount)
-        return found
+        changes: list[list[int]] = [[] for _ in range(first, last + 2)]
+        for cell in lines_of(lines.read(0, last), _Cell, lines.path):
+            changes[max(0, cell.step - first + 1)] += (cell.x, cell.y, cell.amount)
+        return changes
 
     def _code(self, codes: Mapping[Any, int], name: str | None, row: GridStep) -> int:
         if name not in codes:
@@ -173,12 +173,12 @@ class GridView(RunView):
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
         """Return the numbers that `GridByStep` lists, for the given steps."""
-        found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
-        self._by_step = found
-        while (known := found.done) < last:
+        counted = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
+        self._by_step = counted
+        while (known := counted.done) < last:
             until = min(known + self.steps_per_chunk, self.done)
-            found.take(known + 1, self._rows(known + 1, until), self._deliveries(known + 1, until))
-        return {name: values[first - 1 : last] for name, values in found.values.items()}
+            counted.take(known + 1, self._rows(known + 1, until), self._deliveries(known + 1, until))
+        return {name: values[first - 1 : last] for name, values in counted.values.items()}
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
         """Return step, sender and text of each message in the given steps."""
@@ -238,10 +238,10 @@ class GridView(RunView):
 
     def _deliveries(self, first: int, last: int) -> list[list[int]]:
         self.messages.grow()
-        found: list[list[int]] = [[] for _ in range(first, last + 1)]
+        deliveries: list[list[int]] = [[] for _ in range(first, last + 1)]
         for step, sender, recipient in _DELIVERY.findall(self.messages.read(first, last)):
-            found[int(step) - first] += (int(sender), int(recipient))
-        return found
+            deliveries[int(step) - first] += (int(sender), int(recipient))
+        return deliveries
 
 
 def _flags(row: GridStep) -> int:

@@ -40,7 +40,7 @@ class PeopleServer(PrivateServer):
 
     Args:
         desk: queue of questions.
-        told: text that the person must agree to before the first question.
+        terms: text that the person must agree to before the first question.
         leave: function that is called when the person ends the session.
         look: function that is called a few times per second.
         far: function that returns the finished share of the session, 0..1; None if it is unknown.
@@ -50,7 +50,7 @@ class PeopleServer(PrivateServer):
     def __init__(
         self,
         desk: Desk,
-        told: str,
+        terms: str,
         *,
         leave: Callable[[], None],
         look: Callable[[], None] = lambda: None,
@@ -58,7 +58,7 @@ class PeopleServer(PrivateServer):
         host: str = LOOPBACK,
         port: int | None = 0,
     ) -> None:
-        self.desk, self.told, self.leave = desk, told, leave
+        self.desk, self.told, self.leave = desk, terms, leave
         self._look, self._far = look, far
         self._opened = False
         self._ended = threading.Event()

@@ -52,10 +52,13 @@ class ProbeView:
         for number in range(len(self._probe.moments.moments)):
             seen = self._probe.seen(number)
             yield f"moment/{number}", _told(seen)
-            for one in seen.perceived:
-                images = one.images or int(_script(seen.form) is None and time.monotonic() - begun < EXPORTED_S)
+            for perceived in seen.perceived:
+                images = perceived.images or int(_script(seen.form) is None and time.monotonic() - begun < EXPORTED_S)
                 for image in range(images):
-                    yield f"picture/{number}/{one.edit}/{image}", self.get("picture", (number, one.edit, image))
+                    yield (
+                        f"picture/{number}/{perceived.edit}/{image}",
+                        self.get("picture", (number, perceived.edit, image)),
+                    )
 
 
 def _told(seen: Seen) -> Resource:

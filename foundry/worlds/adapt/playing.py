@@ -66,7 +66,7 @@ def choices_of(space: Any, labels: Sequence[str] | None, idle: str | None, where
         )
     count, first = int(space.n), int(space.start)
     named = tuple(labels or map(str, range(first, first + count)))
-    if len(named) != count or len(set(named)) != count or not all(isinstance(one, str) and one for one in named):
+    if len(named) != count or len(set(named)) != count or not all(isinstance(name, str) and name for name in named):
         raise InputError(
             f"world.actions={list(named)} must name the {count} actions of {where}, each once and in order."
         )
@@ -88,11 +88,11 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
-def mask_of(*told: Any) -> list[int] | None:
+def mask_of(*infos: Any) -> list[int] | None:
     """Return the first mask of legal actions in an observation or info; None if neither has one."""
-    for one in told:
-        if isinstance(one, Mapping) and MASK in one:
-            return [int(allowed) for allowed in one[MASK]]
+    for info in infos:
+        if isinstance(info, Mapping) and MASK in info:
+            return [int(allowed) for allowed in info[MASK]]
     return None
 
 
@@ -167,7 +167,7 @@ class OfAll(Playing):
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
         """Apply an action of each agent."""
         names = list(self._ids)
-        self._states, rewards, _, _, self._infos = self.env.step({names[one]: act for one, act in actions.items()})
+        self._states, rewards, _, _, self._infos = self.env.step({names[agent]: act for agent, act in actions.items()})
         return {self._ids[name]: float(reward) for name, reward in rewards.items()}
 
 

@@ -175,15 +175,15 @@ class Adapted(RoundsScenario):
         totals: Counter[int] = Counter()
         for _ in table.rounds(self.steps):
             decided, earned = yield from self._round(episode, table, turns, totals)
-            for one, played in decided.values():
-                table.record(one, utility=float(earned[one.agent]), played=played)
+            for decision, played in decided.values():
+                table.record(decision, utility=float(earned[decision.agent]), played=played)
             if not episode.asked():
                 break
         for agent in table.agents:
             table.write(Return(step=table.step, agent=agent, total=float(totals[agent]), turns=len(turns[agent])))
 
     def _round(
-        self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
+        self, episode: Playing, table: Table, infos: list[list[dict[str, Any]]], totals: Counter[int]
     ) -> Generator[Sequence[Question], list[Decision], tuple[dict[int, tuple[Decision, Any]], Counter[int]]]:
         """Ask each agent at most once; return each agent's decision and played action, and the rewards of the round."""
         decided: dict[int, tuple[Decision, Any]] = {}
@@ -202,7 +202,7 @@ class Adapted(RoundsScenario):
                     choices=list(legal[agent].labels),
                     setting=self._settings,
                     total=float(totals[agent]),
-                    turns=told[agent][max(len(told[agent]) - self.history, 0) :],
+                    turns=infos[agent][max(len(infos[agent]) - self.history, 0) :],
                 )
                 for agent, seen in agents.items()
             ]
@@ -216,7 +216,7 @@ class Adapted(RoundsScenario):
             totals.update(rewards)
             for agent, seen in agents.items():
                 turn = {"state": plain(seen.state), "action": decided[agent][1], "reward": rewards.get(agent, 0.0)}
-                told[agent].append(turn)
+                infos[agent].append(turn)
         return decided, earned
 
     def _secret(self, state: Any, step: int) -> dict[str, Any] | None:
@@ -257,10 +257,10 @@ class Adapted(RoundsScenario):
             raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {cause}") from error
 
 
-def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:
+def _played_for(decision: Decision, legal: Actions, rng: np.random.Generator) -> str | float:
     """Return the action to play for a decision, or a random legal action after an unreadable reply."""
-    if one.taken is not None:
-        return one.taken  # type: ignore[no-any-return]
+    if decision.taken is not None:
+        return decision.taken  # type: ignore[no-any-return]
     if legal.labels:
         return str(legal.labels[int(rng.integers(len(legal.labels)))])
     return float(rng.uniform(legal.low or 0.0, legal.high or 0.0))

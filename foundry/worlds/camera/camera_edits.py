@@ -33,8 +33,8 @@ def no_labels(question: Question) -> Question:
     seen = question.observation
     choices = seen.get("choices", ())
     target = [seen["target"]] if seen.get("target") else []
-    told = [name for choice in choices for name in choice["text"].split(_ARROW)]
-    names = {name: f"thing {number}" for number, name in enumerate(sorted({*target, *told}), 1)}
+    names_told = [name for choice in choices for name in choice["text"].split(_ARROW)]
+    names = {name: f"thing {number}" for number, name in enumerate(sorted({*target, *names_told}), 1)}
 
     def renamed(choice: Mapping[str, Any]) -> dict[str, Any]:
         return {**choice, "text": _ARROW.join(names[name] for name in choice["text"].split(_ARROW))}
@@ -48,15 +48,15 @@ def no_labels(question: Question) -> Question:
     )
 
 
-def _replaced(text: str, names: Mapping[str, str], told: Iterable[str]) -> str:
-    for name in told:
+def _replaced(text: str, names: Mapping[str, str], names_told: Iterable[str]) -> str:
+    for name in names_told:
         text = text.replace(name, names[name])
     return text
 
 
 def no_pose(question: Question) -> Question:
     """Replace the agent's present and past poses by null; the image does not change."""
-    history = tuple({**one, "pose": None} for one in question.observation.get("history", ()))
+    history = tuple({**entry, "pose": None} for entry in question.observation.get("history", ()))
     return observing(question, **dict.fromkeys(_POSE), history=history)
 
 

@@ -182,7 +182,7 @@ class CameraScenario(Scenario):
         self.interpreter = interpreter
         self.name = self.settings.name
         self.surroundings: Surroundings = surroundings_of(self.settings)
-        self.options = (_IDLE, *(f"{render_command(one).capitalize()}." for one in every_kind(self.limits)))
+        self.options = (_IDLE, *(f"{render_command(command).capitalize()}." for command in every_kind(self.limits)))
 
     def start(self, seed: int) -> "CameraWorld":
         """Return a fresh episode; the seed draws the target and the first pose."""
@@ -225,8 +225,8 @@ class CameraScenario(Scenario):
         """Return, for a move, whether the target is in view and whether an obstacle stopped the last move."""
         if question.kind != MOVE or question.secret is None:
             return {}
-        found = {"wall": question.secret["stopped"]}
-        return {"target": question.secret["in_view"], **found} if question.observation["target"] else found
+        strata = {"wall": question.secret["stopped"]}
+        return {"target": question.secret["in_view"], **strata} if question.observation["target"] else strata
 
     def read(self, question: Question, answer: Answer) -> Reading:
         """Return the kind of command in an answer, without amounts."""
@@ -410,9 +410,9 @@ class CameraRedrawing(Redrawing):
     def view(self, step: int) -> UInt8Array:
         """Return the view after a step, (h, w, 3): the image that the model got, or a new one if none is stored."""
         name = self._steps[step].image if step < len(self._steps) else None
-        kept = None if name is None else self._recorded.kept(name)
-        if kept is not None:
-            return np.asarray(Image.open(io.BytesIO(kept)).convert("RGB"), np.uint8)
+        picture = None if name is None else self._recorded.kept(name)
+        if picture is not None:
+            return np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), np.uint8)
         pose = self._poses[step]
         return self._around.renderer().view(self._around.eye(pose), pose.yaw, pose.pitch)
 

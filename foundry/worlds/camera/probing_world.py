@@ -227,11 +227,11 @@ class MapProbeWorld(CameraWorld):
 
     def opening(self) -> Sequence[Record]:
         """Return the facts of the episode, and the pictures of a drawn walk."""
-        kept = self._settings.keep_images
+        keep_images = self._settings.keep_images
         pairs = zip(self._frames, self._paths, strict=True)
-        frames = [Frame(pose=pose, image=path if kept else None) for pose, path in pairs]
+        frames = [Frame(pose=pose, image=path if keep_images else None) for pose, path in pairs]
         facts = ProbeEpisode(**self._facts(), walk=self._probing.walk, frames=frames)
-        images = zip(self._paths, self._seen, strict=False) if kept else ()
+        images = zip(self._paths, self._seen, strict=False) if keep_images else ()
         return [facts, *(SeenImage(path=path, content=content) for path, content in images)]
 
     def pending(self) -> Sequence[Question]:
@@ -281,12 +281,12 @@ class MapProbeWorld(CameraWorld):
         reading = read_decision(answer, ACTIONS[probe.kind], probe.kind)
         self._asked += 1
         self._steps += 1
-        kept = self._paths if self._settings.keep_images else ()
+        paths = self._paths if self._settings.keep_images else ()
         command, still = Command(outcome=reading.outcome), Moved(self._pose, None, 0.0, (), ())
         record = msgspec.structs.replace(
             self._record(answer, command, still, self._sight),
             command={**command_record(command), "answer": reading.action},
-            image=kept[-1] if kept else None,
+            image=paths[-1] if paths else None,
             image_sha256=hashlib.sha256(self._seen[-1]).hexdigest(),
             kind=probe.kind,
             question=dict(probe.question),
@@ -294,7 +294,7 @@ class MapProbeWorld(CameraWorld):
             truth=probe.truth,
             chance=probe.chance,
             scale=probe.scale,
-            frames=kept,
+            frames=paths,
         )
         self._latest = record
         self._trail.append(self._pose)

@@ -119,11 +119,11 @@ class Surroundings:
             RecordError: the line cannot be read.
         """
         try:
-            found = msgspec.json.decode(line, type=CameraEpisode)
+            episode = msgspec.json.decode(line, type=CameraEpisode)
         except NOT_JSON as error:
             raise RecordError(f"A line of episode.jsonl cannot be read: {error}") from error
-        self.scene.check_digest(found.scene_sha256)
-        return found
+        self.scene.check_digest(episode.scene_sha256)
+        return episode
 
     def renderer(self) -> Renderer:
         """Return the renderer of the agent's views."""

@@ -67,12 +67,12 @@ class Things:
     @cached_property
     def _corners(self) -> dict[str, FloatArray]:
         """Lowest and highest corners (n, 2, 3) of the meshes of each label, metres."""
-        found: dict[str, list[FloatArray]] = {}
+        corners: dict[str, list[FloatArray]] = {}
         for mesh in self._around.scene.meshes:
             if mesh.label is not None and len(mesh.points):
                 box = np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)])
-                found.setdefault(mesh.label, []).append(box)
-        return {label: np.array(boxes) for label, boxes in found.items()}
+                corners.setdefault(mesh.label, []).append(box)
+        return {label: np.array(boxes) for label, boxes in corners.items()}
 
     def target(self, name: str, radius_m: float) -> Target:
         """Return the thing with this label as a target, with the paths to it."""
@@ -99,12 +99,12 @@ class Things:
 
     def pixels(self, pose: Pose) -> dict[str, int]:
         """Return the number of pixels of each thing in the image from a pose."""
-        found = dict.fromkeys(self.names, 0)
+        counts = dict.fromkeys(self.names, 0)
         for path, count in self._around.renderer().visible(self._around.eye(pose), pose.yaw, pose.pitch).items():
             label = self._around.labels.get(path)
-            if label in found:
-                found[label] += count
-        return found
+            if label in counts:
+                counts[label] += count
+        return counts
 
     def seen(self, pose: Pose) -> dict[str, int]:
         """Return the things that the image from a pose shows, with their numbers of pixels."""

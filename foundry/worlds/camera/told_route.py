@@ -89,8 +89,8 @@ def legs_of(things: Things, start: Pose, points: FloatArray, goal: str) -> list[
         way = math.radians(heading)
         end = np.array([here[0] + metres * math.cos(way), here[1] + metres * math.sin(way), there[2]])
         before, after = make_pose(here, heading, 0.0), make_pose(end, heading, 0.0)
-        told = {goal, *(leg.near for leg in legs)}
-        towards, near, side = _named(things, before, after, told) if len(legs) < len(points) - 2 else _NOTHING
+        told_names = {goal, *(leg.near for leg in legs)}
+        towards, near, side = _named(things, before, after, told_names) if len(legs) < len(points) - 2 else _NOTHING
         place = (after.x, after.y, after.z)
         legs.append(Leg(turn=turn, metres=metres, end=place, towards=towards, near=near, side=side))
         here = end
@@ -121,18 +121,18 @@ def _gaps(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*(points - start - along[:, None] * way).T))
 
 
-def _named(things: Things, before: Pose, after: Pose, told: Container[str | None]) -> _Named:
+def _named(things: Things, before: Pose, after: Pose, told_names: Container[str | None]) -> _Named:
     """Return the thing that a leg leads towards, a thing near the leg's end, and the side of this near thing.
 
-    Things in `told` were named before, and are not named again. None stands for no such thing.
+    Things in `told_names` were named before, and are not named again. None stands for no such thing.
     """
     seen_first, seen_last = things.seen(before), things.seen(after)
-    closer = [name for name in seen_last if name not in told and _comes_near(things, name, before, after)]
+    closer = [name for name in seen_last if name not in told_names and _comes_near(things, name, before, after)]
     near = min(closer, key=lambda name: things.gap(name, after), default=None)
     ahead = [
         name
         for name in seen_first
-        if name not in told and name != near and abs(things.aside(name, before)) <= TOWARDS_DEG
+        if name not in told_names and name != near and abs(things.aside(name, before)) <= TOWARDS_DEG
     ]
     towards = max(ahead, key=lambda name: seen_first[name], default=None)
     return towards, near, None if near is None else side_of(things.aside(near, after))

@@ -85,10 +85,10 @@ class Walk:
 
     def arrivals(self) -> dict[str, int]:
         """Return the number of the first picture of each thing, without things that are too small when first seen."""
-        found = {name: self._first(name) for name in self.seen()}
+        first_steps = {name: self._first(name) for name in self.seen()}
         return {
             name: first
-            for name, first in found.items()
+            for name, first in first_steps.items()
             if first is not None and not any(pixels[name] for pixels in self._pixels[:first])
         }
 
@@ -126,10 +126,10 @@ def _probe(
 def _nearer(walk: Walk, rng: Generator) -> Probe | None:
     far = {name: walk.distance(name) for name in walk.seen()}
     pairs = [
-        (one, other)
-        for one in far
+        (name, other)
+        for name in far
         for other in far
-        if far[other] >= FARTHER * far[one] and far[other] >= far[one] + FARTHER_M
+        if far[other] >= FARTHER * far[name] and far[other] >= far[name] + FARTHER_M
     ]
     if not pairs:
         return None
@@ -160,7 +160,7 @@ def _count(walk: Walk, rng: Generator) -> Probe | None:
         return None
     shown = possible[int(rng.integers(len(possible)))]
     names = [*rng.permutation(seen)[:shown].tolist(), *rng.permutation(unseen)[: COUNTED - shown].tolist()]
-    listed = ", ".join(str(one) for one in rng.permutation(names))
+    listed = ", ".join(str(name) for name in rng.permutation(names))
     return _probe("count", shown, 1 / (COUNTED + 1), listed=listed)
 
 
@@ -170,7 +170,7 @@ def _order(walk: Walk, rng: Generator) -> Probe | None:
         first.setdefault(number, []).append(name)
     if len(first) < 3:
         return None
-    moments = sorted(int(one) for one in rng.permutation(sorted(first))[:3])
+    moments = sorted(int(moment) for moment in rng.permutation(sorted(first))[:3])
     names = tuple(first[moment][int(rng.integers(len(first[moment])))] for moment in moments)
     orders = list(permutations(names))
     shown = [orders[int(place)] for place in rng.permutation(len(orders))]
@@ -209,13 +209,13 @@ def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[P
     lengths = np.hypot(*np.diff(points[:, :2], axis=0).T)
     ends = np.concatenate([[0.0], np.cumsum(lengths)])
     places = np.linspace(0.0, ends[-1], number - 1)
-    found = [start]
+    poses = [start]
     for place in places[:-1]:
         piece = min(int(np.searchsorted(ends, place, side="right")) - 1, len(lengths) - 1)
         way = points[piece + 1] - points[piece]
         foot = points[piece] + way * ((place - ends[piece]) / max(lengths[piece], 1e-9))
-        found.append(make_pose(foot, math.degrees(math.atan2(way[1], way[0])), 0.0))
-    return [*found, make_pose(points[-1], facing, 0.0)]
+        poses.append(make_pose(foot, math.degrees(math.atan2(way[1], way[0])), 0.0))
+    return [*poses, make_pose(points[-1], facing, 0.0)]
 
 
 def spread(poses: Sequence[Pose], number: int) -> list[int]:

@@ -129,7 +129,7 @@ class GridAhead(Ahead):
         target: Target,
         step: int,
         cells: Sequence[Cell],
-        kept: Sequence[Kept],
+        inputs: Sequence[Kept],
     ) -> None:
         """Begin before the message questions of a step.
 
@@ -139,10 +139,10 @@ class GridAhead(Ahead):
             target: returns the cell after a move.
             step: number of the next step, from 1.
             cells: cell of each agent at the beginning of that step.
-            kept: memory of each agent at the beginning of that step.
+            inputs: memory of each agent at the beginning of that step.
         """
         self._settings, self._perception, self._target = settings, perception, target
-        self._kept = kept
+        self._kept = inputs
         self._cells = np.array(cells, dtype=np.int64).reshape(-1, 2)
         self._areas = settings.field.areas(self._cells)
         self._steps = np.full(len(cells), step)
@@ -205,19 +205,19 @@ class GridAhead(Ahead):
 
     def _ask_message(self, agent: int) -> Question:
         step = int(self._steps[agent])
-        moment, kept = self._moments[step], self._kept[agent]
+        moment, inputs = self._moments[step], self._kept[agent]
         near, perceived = self._perception.observe_one(step, agent, moment.cells, moment.areas)
         moment.near[agent], moment.perceived[agent] = near.tolist(), perceived
         moment.unheard[agent] = 1 + sum(other not in moment.said for other in moment.near[agent])
-        return question(perceived, kept.memories, kept.received, None)
+        return question(perceived, inputs.memories, inputs.received, None)
 
     def _ask_action(self, agent: int) -> Question:
-        moment, kept = self._moments[int(self._steps[agent])], self._kept[agent]
+        moment, inputs = self._moments[int(self._steps[agent])], self._kept[agent]
         for sender in moment.near[agent]:
             text = moment.said[sender].text
             if text is not None:
-                kept.received.append({"sender": sender, "text": text})
-        return question(moment.perceived.pop(agent), kept.memories, kept.received, moment.said[agent])
+                inputs.received.append({"sender": sender, "text": text})
+        return question(moment.perceived.pop(agent), inputs.memories, inputs.received, moment.said[agent])
 
     def _take_message(self, moment: _Moment, agent: int, answer: Answer) -> None:
         moment.said[agent] = read_message(answer)

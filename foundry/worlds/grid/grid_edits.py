@@ -51,7 +51,7 @@ def _placed(
     open_ways = {ways.get(way, way) for way in seen.get("open", ())}
     return observing(
         question,
-        **{key: [_moved(one, move) for one in seen[key]] for key in _PLACED if key in seen},
+        **{key: [_moved(thing, move) for thing in seen[key]] for key in _PLACED if key in seen},
         x=x,
         y=y,
         burning=[list(move(*cell)) for cell in seen.get("burning", ())],
@@ -87,7 +87,7 @@ def rename_agents(question: Question) -> Question:
     """Add 100 to every agent's number, including the agent's own, so their order stays the same."""
     seen = question.observation
     named = {
-        key: [{**one, name: one[name] + HIGHER} for one in seen.get(key, ())]
+        key: [{**agent, name: agent[name] + HIGHER} for agent in seen.get(key, ())]
         for key, name in (("neighbours", "id"), ("seen", "id"), ("received", "sender"))
     }
     touchable = [agent + HIGHER for agent in seen.get("touchable", ())]
@@ -124,11 +124,14 @@ def swap_persona(question: Question, part: str | None = None) -> Question | None
         gained = with_part(own, other["persona"], part)
         if gained != own:
             lost = {"persona": with_part(other["persona"], own, part)}
-            told = {
-                key: [one | lost if one["id"] == other["id"] else one for one in question.observation.get(key, ())]
+            personas = {
+                key: [
+                    seen_agent | lost if seen_agent["id"] == other["id"] else seen_agent
+                    for seen_agent in question.observation.get(key, ())
+                ]
                 for key in ("neighbours", "seen")
             }
-            return observing(question, persona=gained, **told)
+            return observing(question, persona=gained, **personas)
     return None
 
 
@@ -159,10 +162,10 @@ def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float
     if not away or value < 0:
         return None
     x, y = (round(own + (to - own) * value / away) for own, to in zip(at, (fire["x"], fire["y"]), strict=True))
-    told = math.dist(at, (x, y))
-    if max(abs(x), abs(y)) > observation["half_size"] or told > fire["radius"]:
+    distance = math.dist(at, (x, y))
+    if max(abs(x), abs(y)) > observation["half_size"] or distance > fire["radius"]:
         return None
-    moved = {**fire, "x": x, "y": y, "distance": told}
+    moved = {**fire, "x": x, "y": y, "distance": distance}
     return {**observation, "fires": [moved if one is fire else one for one in fires]}
 
 

@@ -233,11 +233,11 @@ class FollowLeader(ScriptedModel):
 def _followed(observation: Mapping[str, Any]) -> tuple[list[str], str]:
     """Return the open directions towards a leader or an exit, and the reason; no directions if it knows neither."""
     leads = observation["persona"].get("role") == LEADER
-    leaders = [one for one in observation.get("seen") or () if one["persona"].get("role") == LEADER]
-    if leads or not leaders or any(one["seen"] for one in observation.get("exits") or ()):
+    leaders = [agent for agent in observation.get("seen") or () if agent["persona"].get("role") == LEADER]
+    if leads or not leaders or any(exit_seen["seen"] for exit_seen in observation.get("exits") or ()):
         return list(observation.get("ways_known") or ()), "It is on the way to the nearest exit that I know of."
     x, y = observation["x"], observation["y"]
-    leader = min(leaders, key=lambda one: (abs(one["x"] - x) + abs(one["y"] - y), one["id"]))
+    leader = min(leaders, key=lambda agent: (abs(agent["x"] - x) + abs(agent["y"] - y), agent["id"]))
     return _nearer(observation, leader["x"] - x, leader["y"] - y), f"I follow Agent {leader['id']}."
 
 
@@ -267,8 +267,10 @@ class Forager(ScriptedModel):
         if not food:
             choices = list(observation.get("open") or legal_moves(observation))
             return act(any_of(choices, rng), reasoning="I look for food.")
-        offsets = [(one["x"] - x, one["y"] - y, one["amount"]) for one in food]
-        dx, dy, _ = min(offsets, key=lambda one: (abs(one[0]) + abs(one[1]), -one[2], _rank(one[0], one[1])))
+        offsets = [(portion["x"] - x, portion["y"] - y, portion["amount"]) for portion in food]
+        dx, dy, _ = min(
+            offsets, key=lambda offset: (abs(offset[0]) + abs(offset[1]), -offset[2], _rank(offset[0], offset[1]))
+        )
         if dx == dy == 0:
             return _do("gather", reasoning="There is food here.")
         ways = [way for way, (right, up) in _WAYS.items() if right * dx > 0 or up * dy > 0]

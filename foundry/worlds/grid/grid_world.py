@@ -230,9 +230,9 @@ class GridWorld(World):
         """
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None
-        kept = list(map(Kept, self._memories, self._received))
+        inputs = list(map(Kept, self._memories, self._received))
         step = self._completed + 1
-        return GridAhead(self._settings, self._perception, self._target, step, self._cells, kept)
+        return GridAhead(self._settings, self._perception, self._target, step, self._cells, inputs)
 
     def frame(self) -> GridFrame:
         """Return the content of a picture of the present state."""

@@ -223,8 +223,8 @@ class Leg:
 
     def _height(self, station: float, foot_z: float) -> float | None:
         points = self._points(np.array([station]))
-        found = self._ground.profile(points, foot_z, self._near, self._body)
-        return float(found[0]) if found.size else None
+        heights = self._ground.profile(points, foot_z, self._near, self._body)
+        return float(heights[0]) if heights.size else None
 
     def _follow(self, stations: FloatArray, floor: FloatArray, end: Stop | None) -> Way:
         """Return the path over the floor, one level part after another, up to the first obstacle."""

@@ -183,8 +183,8 @@ class Approaches:
         reach = max(2 * self._body.radius_m, 5 * self._cell_m)
         gaps, cells = self._tree.query(foot, k=9, distance_upper_bound=reach)
         # Cells much farther than the nearest one may be on the other side of a wall.
-        found = gaps <= gaps[0] + self._cell_m if np.isfinite(gaps[0]) else np.zeros(len(gaps), np.bool_)
-        cells = cells[found].astype(np.int64)
+        near = gaps <= gaps[0] + self._cell_m if np.isfinite(gaps[0]) else np.zeros(len(gaps), np.bool_)
+        cells = cells[near].astype(np.int64)
         return Approach(foot[None], cells, np.hypot(*(self._places[cells] - foot)[:, :2].T))
 
     def _is_open(self, approach: Approach) -> bool:
@@ -278,8 +278,8 @@ class Navigator:
         if not len(goals):
             size = len(self.places)
             return Field(np.full(size, np.inf), np.full(size, -1, np.int64))
-        found = dijkstra(self._graph, directed=False, indices=goals, min_only=True, return_predecessors=True)
-        return Field(found[0], found[1].astype(np.int64))
+        shortest = dijkstra(self._graph, directed=False, indices=goals, min_only=True, return_predecessors=True)
+        return Field(shortest[0], shortest[1].astype(np.int64))
 
     def distance(self, foot: FloatArray, field: Field) -> float:
         """Return the length of the shortest path from `foot` (3,) to the nearest goal, metres; inf without a path."""
@@ -367,16 +367,16 @@ class Navigator:
             return find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
         path = folder / f"walkable-{self._digest()}.npz"
         try:
-            with np.load(path, allow_pickle=False) as kept:
-                return Walkable(kept["places"], kept["clearance"], kept["edges"])
+            with np.load(path, allow_pickle=False) as saved:
+                return Walkable(saved["places"], saved["clearance"], saved["edges"])
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
             # The file is absent or damaged.
-            found = find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
+            walkable = find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
         folder.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as file:
-            np.savez(file, places=found.places, clearance=found.clearance, edges=found.edges)
+            np.savez(file, places=walkable.places, clearance=walkable.clearance, edges=walkable.edges)
         Path(file.name).replace(path)
-        return found
+        return walkable
 
     def _digest(self) -> str:
         settings = {

@@ -69,8 +69,8 @@ class Surfaces:
         (x0, y0), (x1, y1) = self._square(low[:2]), self._square(high[:2])
         rows = np.arange(y0, y1 + 1) * self._shape[0]
         spans = zip(self._starts[rows + x0], self._starts[rows + x1 + 1], strict=True)
-        found = np.concatenate([self._sorted[start:stop] for start, stop in spans])
-        return np.unique(self.overlapping(found, low, high))
+        triangles = np.concatenate([self._sorted[start:stop] for start, stop in spans])
+        return np.unique(self.overlapping(triangles, low, high))
 
     def overlapping(self, triangles: IntArray, low: FloatArray, high: FloatArray) -> IntArray:
         """Return the triangles whose boxes overlap the box from `low` (3,) to `high` (3,)."""
@@ -108,14 +108,14 @@ class Surfaces:
 
     def meshes_under(self, prims: Iterable[str]) -> IntArray:
         """Return the indices of the meshes at or below one of the prims, ascending."""
-        found: set[int] = set()
+        meshes: set[int] = set()
         for prim in prims:
             below = prim.rstrip("/") + "/"
             matches = {i for i, path in enumerate(self._paths) if path == prim or path.startswith(below)}
             if not matches:
                 raise not_found("Prim", prim, self._paths, "Only prims with a surface can be targets.")
-            found |= matches
-        return np.array(sorted(found), np.int64)
+            meshes |= matches
+        return np.array(sorted(meshes), np.int64)
 
 
 def cells_of(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray, IntArray]:

@@ -220,9 +220,9 @@ def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float)
 
 def _shortened(points: FloatArray, free: Free) -> FloatArray:
     """Return a path's points, without points that a free straight line can skip."""
-    kept = [0]
-    while kept[-1] < len(points) - 1:
-        here = kept[-1]
+    corners = [0]
+    while corners[-1] < len(points) - 1:
+        here = corners[-1]
         reached, stride = here + 1, 2
         while here + stride < len(points) and free(points[here], points[here + stride]):
             reached, stride = here + stride, 2 * stride
@@ -230,8 +230,8 @@ def _shortened(points: FloatArray, free: Free) -> FloatArray:
         while beyond - reached > 1:
             middle = (reached + beyond) // 2
             reached, beyond = (middle, beyond) if free(points[here], points[middle]) else (reached, middle)
-        kept.append(reached)
-    return points[kept]
+        corners.append(reached)
+    return points[corners]
 
 
 def _dense(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> FloatArray:

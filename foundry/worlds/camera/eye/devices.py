@@ -151,11 +151,11 @@ def check_rendering() -> Drawer:
     if passed:
         return msgspec.json.decode(passed, type=Drawer)
     choose_window()
-    found = (
+    drawer = (
         _on_device() if os.environ.get(_WINDOW) == _HEADLESS and INDEX not in os.environ else _probed("VTK chose it")
     )
-    os.environ[_PASSED] = msgspec.json.encode(found).decode()
-    return found
+    os.environ[_PASSED] = msgspec.json.encode(drawer).decode()
+    return drawer
 
 
 def _on_device() -> Drawer:
@@ -164,21 +164,21 @@ def _on_device() -> Drawer:
     *gpus, last = places_to_try(asked, devices)
     for index in gpus:
         try:
-            found = _probed(f"a GPU, device {index} of EGL", index)
+            drawer = _probed(f"a GPU, device {index} of EGL", index)
         except InputError as error:
             failed = failed or f"; device {index} did not draw: {error}"
             continue
-        if not is_software(found.name):
+        if not is_software(drawer.name):
             os.environ[INDEX] = str(index)
-            return found
-        failed = failed or f"; device {index} is not a GPU that can draw, but {found.name}"
+            return drawer
+        failed = failed or f"; device {index} is not a GPU that can draw, but {drawer.name}"
     why = f"{WANTED}={asked}" if asked != Wish.AUTO else f"EGL lists {listing(devices)}{failed}"
-    found = _probed(why, last)
-    if asked != Wish.AUTO and is_software(found.name) != (asked == Wish.SOFTWARE):
-        raise InputError(f"{WANTED}={asked}, but {found.name} draws here. Install the driver, or unset {WANTED}.")
+    drawer = _probed(why, last)
+    if asked != Wish.AUTO and is_software(drawer.name) != (asked == Wish.SOFTWARE):
+        raise InputError(f"{WANTED}={asked}, but {drawer.name} draws here. Install the driver, or unset {WANTED}.")
     if last is not None:
         os.environ[INDEX] = str(last)
-    return found
+    return drawer
 
 
 def _probed(why: str, index: int | None = None) -> Drawer:

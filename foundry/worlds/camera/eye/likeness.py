@@ -40,11 +40,11 @@ class Likeness:
 _NOTHING_ALIKE = Likeness(255.0, 1.0)
 
 
-def likeness(one: UInt8Array, other: UInt8Array) -> Likeness:
+def likeness(first: UInt8Array, other: UInt8Array) -> Likeness:
     """Return the difference of two pictures (h, w, 3), the largest possible one if their sizes differ."""
-    if one.shape != other.shape:
+    if first.shape != other.shape:
         return _NOTHING_ALIKE
-    apart = np.abs(one.astype(np.int16) - other)
+    apart = np.abs(first.astype(np.int16) - other)
     return Likeness(float(apart.mean()), float((apart.max(axis=2) > FAR).mean()))
 
 

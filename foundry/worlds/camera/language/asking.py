@@ -50,7 +50,7 @@ class _Reader:
             self._index = index
             if not self._segment(segment):
                 break
-        if self._is_order() and any(found.wanted for found in self._found):
+        if self._is_order() and any(mention.wanted for mention in self._found):
             self._found.insert(0, Mention(Category.ORDER, wanted=False))
         return self._found + self._told_of
 
@@ -68,9 +68,9 @@ class _Reader:
         """Read a segment; return False if the rest of the sentence is an example, which asks for nothing."""
         tokens = segment.tokens
         before = len(self._found)
-        bars, told = self._scopes.bars(segment), self._told(segment)
-        if any(told):
-            bars = [_stronger(*pair) for pair in zip(bars, told, strict=True)]
+        bars, own_bar = self._scopes.bars(segment), self._told(segment)
+        if any(own_bar):
+            bars = [_stronger(*pair) for pair in zip(bars, own_bar, strict=True)]
         low = 0
         for at, token in enumerate(tokens):
             if bars[at] is Bar.EXAMPLE:
@@ -128,8 +128,8 @@ class _Reader:
             self._act = act
             self._add(replace(read, text=text))
 
-    def _add(self, found: Mention) -> None:
-        self._found.append(replace(found, later=found.later or self._later, segment=self._index))
+    def _add(self, mention: Mention) -> None:
+        self._found.append(replace(mention, later=mention.later or self._later, segment=self._index))
 
     def _told(self, segment: Segment) -> list[Bar | None]:
         """Return, for each token, the reason why it only reports, states a purpose or postpones a motion, or None."""
@@ -141,9 +141,9 @@ class _Reader:
     def _take_back(self, token: Token) -> None:
         """Revoke the motions of the sentence so far, or of the reply so far, as a word such as "no, wait" demands."""
         if token.kind in (Kind.FIRST, Kind.RETRACT):
-            while any(found.wanted for found in self._found):
+            while any(mention.wanted for mention in self._found):
                 self._found.pop()
-        if token.kind is not Kind.FIRST and all(found.wanted for found in self._found):
+        if token.kind is not Kind.FIRST and all(mention.wanted for mention in self._found):
             self._found.insert(0, Mention(Category.RETRACT, wanted=False, segment=-1))
 
     def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
@@ -230,7 +230,7 @@ class _Reader:
         """Return whether words without a verb ask for a motion: if they stand alone, or follow another command."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
-        if self._known or any(found.wanted and not found.later for found in self._found) or self._corrects():
+        if self._known or any(mention.wanted and not mention.later for mention in self._found) or self._corrects():
             return True
         along = read.category is not Category.TRANSLATE or bool({Way.FORWARD, Way.BACK} & {*said.ways})
         return self._act is not None and said.amount is not None and along
@@ -240,7 +240,7 @@ class _Reader:
         segment, before = self._sentence.segments[self._index], self._sentence.segments[max(self._index - 1, 0)].tokens
         joint = segment.joint.text if segment.joint is not None and self._index else ""
         if joint in _BUT:
-            return any(not found.wanted for found in self._found)
+            return any(not mention.wanted for mention in self._found)
         first_person = any(token.kind is Kind.FRESH for token in before)
         return joint == ":" and first_person and not any(token.kind is Kind.IS for token in before)
 
@@ -295,8 +295,8 @@ _REASONS = frozenset(("since", "because"))
 _INSTEAD = frozenset(("instead", "代わりに", "かわりに"))
 
 
-def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:
-    return bar if bar is Bar.EXAMPLE or told is None or (told is Bar.NEXT and bar is not None) else told
+def _stronger(bar: Bar | None, new: Bar | None) -> Bar | None:
+    return bar if bar is Bar.EXAMPLE or new is None or (new is Bar.NEXT and bar is not None) else new
 
 
 def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
@@ -407,10 +407,10 @@ def resolve(text: str, limits: Limits) -> Command:
     return replace(command, notes=tuple(notes or ["no movement found"]))
 
 
-def _outcome(found: Collection[Mention]) -> Outcome:
-    if not found:
+def _outcome(mentions: Collection[Mention]) -> Outcome:
+    if not mentions:
         return Outcome.UNREADABLE
-    return Outcome.REPAIRED if any(motion.inferred for motion in found) else Outcome.CHOSEN
+    return Outcome.REPAIRED if any(motion.inferred for motion in mentions) else Outcome.CHOSEN
 
 
 def _origin(motion: Mention, overridden: int) -> Iterable[str]:

@@ -87,13 +87,13 @@ def _kept(quoted: re.Match[str]) -> str:
 
 def _without_lists(text: str) -> str:
     """Return the text without the lines of lists below a heading such as "Options:"."""
-    kept: list[str] = []
+    lines: list[str] = []
     listing = False
     for line in text.split("\n"):
         listing = (listing and (not line.strip() or bool(_ITEM.match(line)))) or _is_heading(line)
         if not listing or not _ITEM.match(line):
-            kept.append(line)
-    return "\n".join(kept)
+            lines.append(line)
+    return "\n".join(lines)
 
 
 def _is_heading(line: str) -> bool:
@@ -181,11 +181,11 @@ _ACTION, _DIRECTION, _AMOUNT = range(3)
 """The order of the words in a sentence that is made of a JSON object."""
 
 
-def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+def worded_command(fields: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
     """Return the command of a JSON object that names its action, read as a sentence; None for other objects."""
-    if not any(_names(key.lower()) for key in found):
+    if not any(_names(key.lower()) for key in fields):
         return None
-    words = [*_words(found, 0)]
+    words = [*_words(fields, 0)]
     command = resolve(cleaned(" ".join(words)), limits)
     if command.outcome is Outcome.UNREADABLE:  # in Japanese the action comes last
         command = resolve(cleaned(" ".join(reversed(words))), limits)
@@ -199,10 +199,10 @@ def _names(key: str) -> bool:
     return bool(_ACTIONS.search(key)) and not _ELSEWHERE.search(key)
 
 
-def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
+def _words(fields: dict[str, Any], depth: int) -> Iterator[str]:
     """Yield the words of a JSON object that describe a motion: the action, the direction, and the amount."""
-    unit = next((str(value) for key, value in found.items() if _UNITS.search(key.lower())), "")
-    said = [part for key, value in found.items() for part in _said(key.lower(), value, unit, depth)]
+    unit = next((str(value) for key, value in fields.items() if _UNITS.search(key.lower())), "")
+    said = [part for key, value in fields.items() for part in _said(key.lower(), value, unit, depth)]
     yield from (text for _, text in sorted(said, key=lambda part: part[0]) if text)
 
 
@@ -262,66 +262,66 @@ _FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
 
 def whole_command(reply: str, limits: Limits) -> Command | None:
     """Return the command of a reply that is one JSON object, apart from thinking and code fences, or None."""
-    found = whole_object(reply)
-    if found is not None:
-        return _command(found, limits, Outcome.CHOSEN)
-    found = whole_object(_FENCE.sub("", without_thinking(reply)))
-    return None if found is None else _command(found, limits, Outcome.REPAIRED)
+    fields = whole_object(reply)
+    if fields is not None:
+        return _command(fields, limits, Outcome.CHOSEN)
+    fields = whole_object(_FENCE.sub("", without_thinking(reply)))
+    return None if fields is None else _command(fields, limits, Outcome.REPAIRED)
 
 
 def embedded_command(reply: str, limits: Limits) -> Command | None:
     """Return the command of the last JSON object in a reply that is a command, or None."""
     objects = reversed(find_objects(without_thinking(reply)))
-    commands = (_command(found, limits, Outcome.REPAIRED) for found in objects)
+    commands = (_command(fields, limits, Outcome.REPAIRED) for fields in objects)
     return next((command for command in commands if command is not None), None)
 
 
-def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    if isinstance(found, Conflicting):
+def _command(fields: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    if isinstance(fields, Conflicting):
         return None
-    in_numbers = any(type(found.get(key)) in (int, float) and found[key] != 0 for key in ("turn", "gaze"))
-    is_nested = any(isinstance(value, dict) for value in found.values())
-    if in_numbers or not (found.keys() - _KEYS or is_nested):
-        return _numbers(found, limits, outcome)
-    worded = worded_command(found, limits, outcome)
-    names_action = any(isinstance(found.get(key), str) for key in ("action", "command", "type"))
-    if worded is not None or (names_action and "distance" not in found):
+    in_numbers = any(type(fields.get(key)) in (int, float) and fields[key] != 0 for key in ("turn", "gaze"))
+    is_nested = any(isinstance(value, dict) for value in fields.values())
+    if in_numbers or not (fields.keys() - _KEYS or is_nested):
+        return _numbers(fields, limits, outcome)
+    worded = worded_command(fields, limits, outcome)
+    names_action = any(isinstance(fields.get(key), str) for key in ("action", "command", "type"))
+    if worded is not None or (names_action and "distance" not in fields):
         return worded
-    return _numbers(found, limits, outcome)
+    return _numbers(fields, limits, outcome)
 
 
-def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+def _numbers(fields: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
     """Return the command of a JSON object with the keys that the prompt requests, or None."""
-    if not found.keys() & _KEYS or not _is_sound(found):
+    if not fields.keys() & _KEYS or not _is_sound(fields):
         return None
     notes: list[str] = []
     translate = None
-    bearing = _BEARINGS.get(_direction(found))
-    if bearing is not None and found.get("distance") != 0:
-        asked = found.get("distance")
+    bearing = _BEARINGS.get(_direction(fields))
+    if bearing is not None and fields.get("distance") != 0:
+        asked = fields.get("distance")
         if asked is None:
             notes.append(f"translate: no amount named, {limits.default_distance_m:g} m by default")
             asked = limits.default_distance_m
         translate = Translation(bearing, limited("translate", asked, limits.max_distance_m, "m", notes))
-    turn = limited("turn", found.get("turn") or 0.0, limits.max_turn_deg, "degrees", notes) or None
-    gaze = limited("gaze", found.get("gaze") or 0.0, limits.max_gaze_deg, "degrees", notes) or None
+    turn = limited("turn", fields.get("turn") or 0.0, limits.max_turn_deg, "degrees", notes) or None
+    gaze = limited("gaze", fields.get("gaze") or 0.0, limits.max_gaze_deg, "degrees", notes) or None
     stay = translate is None and turn is None and gaze is None
     return Command(translate, turn, gaze, stay, outcome, ("read as JSON", *notes))
 
 
-def _is_sound(found: dict[str, Any]) -> bool:
+def _is_sound(fields: dict[str, Any]) -> bool:
     """Return whether all values have the right types, and a distance above 0 comes with a direction."""
-    numbers = [found.get(key) for key in ("distance", "turn", "gaze")]
+    numbers = [fields.get(key) for key in ("distance", "turn", "gaze")]
     if not all(value is None or (type(value) in (int, float) and abs(value) <= LARGEST) for value in numbers):
         return False
-    direction = _direction(found)
+    direction = _direction(fields)
     if direction in _NONE:
-        return not found.get("distance")
-    return direction in _BEARINGS and (found.get("distance") or 0) >= 0
+        return not fields.get("distance")
+    return direction in _BEARINGS and (fields.get("distance") or 0) >= 0
 
 
-def _direction(found: dict[str, Any]) -> str:
-    value = found.get("direction")
+def _direction(fields: dict[str, Any]) -> str:
+    value = fields.get("direction")
     if value is None:
         return ""
     words = re.findall(r"[a-z]+", value.lower()) if isinstance(value, str) else ["?"]

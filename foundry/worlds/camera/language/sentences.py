@@ -354,7 +354,7 @@ class Sentence:
 
 def find_sentences(text: str) -> list[Sentence]:
     """Return the sentences of a cleaned text that may name a movement, in order."""
-    found: list[Sentence] = []
+    sentences: list[Sentence] = []
     read_to = 0
     for match in deque(_COMMAND.finditer(text), maxlen=MAX_WORDS):
         if match.start() < read_to:
@@ -363,12 +363,12 @@ def find_sentences(text: str) -> list[Sentence]:
         before = list(_END.finditer(text, first, match.start()))
         start = before[-1].end() if before else first
         end = _END.search(text, match.end(), match.end() + MAX_REACH)
-        goes_on = found[-1].cut if found and start == read_to else False
+        goes_on = sentences[-1].cut if sentences and start == read_to else False
         read_to = end.end() if end else min(len(text), match.end() + MAX_REACH)
         whole = not goes_on and (start == 0 or bool(_END.match(text, start - 1)))
         cut = end is None and read_to < len(text)
-        found.append(_sentence(text[start:read_to], whole=whole, goes_on=goes_on, cut=cut))
-    return found
+        sentences.append(_sentence(text[start:read_to], whole=whole, goes_on=goes_on, cut=cut))
+    return sentences
 
 
 def last_sentence(text: str) -> str:
@@ -379,34 +379,34 @@ def last_sentence(text: str) -> str:
 
 
 def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
-    found = with_amounts(_without_asides(tokens(text)))
-    segments = _segments(found[:-_AT_CUT] if cut else found)
+    amounts = with_amounts(_without_asides(tokens(text)))
+    segments = _segments(amounts[:-_AT_CUT] if cut else amounts)
     return Sentence(segments[1:] if goes_on else segments, text.endswith("?"), whole, cut)
 
 
-def _without_asides(found: Sequence[Token]) -> list[Token]:
+def _without_asides(all_tokens: Sequence[Token]) -> list[Token]:
     """Remove an amount in brackets that repeats the amount before it: "two (2) metres", "2 m (about 6 feet)"."""
-    kept: list[Token] = []
+    outside: list[Token] = []
     position = 0
-    while position < len(found):
-        token = found[position]
-        if token.text == "(" and kept and kept[-1].kind in _NUMERIC:
+    while position < len(all_tokens):
+        token = all_tokens[position]
+        if token.text == "(" and outside and outside[-1].kind in _NUMERIC:
             inner = position + 1
-            while inner < len(found) and found[inner].kind in (*_NUMERIC, Kind.BY, Kind.FILLER, Kind.ARTICLE):
+            while inner < len(all_tokens) and all_tokens[inner].kind in (*_NUMERIC, Kind.BY, Kind.FILLER, Kind.ARTICLE):
                 inner += 1
-            if inner < len(found) and found[inner].text == ")":
+            if inner < len(all_tokens) and all_tokens[inner].text == ")":
                 position = inner + 1
                 continue
-        kept.append(token)
+        outside.append(token)
         position += 1
-    return kept
+    return outside
 
 
-def _segments(found: Sequence[Token]) -> list[Segment]:
+def _segments(all_tokens: Sequence[Token]) -> list[Segment]:
     segments: list[Segment] = []
     joint: Token | None = None
     current: list[Token] = []
-    for token in found:
+    for token in all_tokens:
         if token.kind in (Kind.JOIN, Kind.OR, Kind.BREAK):
             if current:
                 segments.append(Segment(joint, current))

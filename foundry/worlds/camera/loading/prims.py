@@ -149,8 +149,10 @@ class GprimReader:
             named = api.FindPrimvarWithInheritance(name)
             if named and named.HasValue():
                 return named
-        found = [one for one in api.FindPrimvarsWithInheritance() if str(one.GetTypeName()) in _UV_TYPES]
-        return min(found, key=lambda one: (one.GetPrimvarName() != "st", one.GetPrimvarName()), default=None)
+        primvars = [primvar for primvar in api.FindPrimvarsWithInheritance() if str(primvar.GetTypeName()) in _UV_TYPES]
+        return min(
+            primvars, key=lambda primvar: (primvar.GetPrimvarName() != "st", primvar.GetPrimvarName()), default=None
+        )
 
     def _colour(self, prim: Any, look: Look, topology: Topology) -> tuple[Colour, UInt8Array | None]:
         """Return the surface's colour, and the (m, 3, 3) colours of the triangles' corners or None."""
