@@ -131,7 +131,7 @@ def matrix(found: Material) -> Matrix:
     """Return the matrix of models and worlds, with the readable share and the cost of each row."""
     made = found.analysis.matrix
     known = {shown.group: shown for shown in found.own}
-    heads = ("readable", "calls", "tokens", "time")
+    heads = ("readable actions", "calls", "tokens", "time")
     return Matrix(
         caption=made.caption,
         columns=(*made.columns, *map(MatrixColumn, heads)),

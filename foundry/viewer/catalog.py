@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.records import RunSummary
+from foundry.records import Counts, RunSummary
 from foundry.storing.notes import stamp_of_notes
 from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
@@ -207,7 +207,8 @@ class CatalogedSweep:
     def _row(self, folder: RunFolder, running: bool) -> dict[str, Any]:
         config, summary = folder.config(), self.summary(folder)
         status = self._standing(folder, summary, running)
-        outcomes = summary.counts.outcomes if summary else {}
+        counts = summary.counts if summary else Counts()
+        outcomes = Counter(counts.outcomes) + Counter(counts.message_outcomes)
         return {
             "run": folder.id,
             "world": config["world"]["name"],
@@ -219,8 +220,8 @@ class CatalogedSweep:
             "error": summary.error if summary else None,
             "planned": config["world"].get("steps"),
             "done": self.steps_done(folder) if status == RUNNING else None,
-            "decisions": sum(outcomes.values()) if summary else None,
-            "undecided": sum(outcomes.get(outcome, 0) for outcome in UNDECIDED) if summary else None,
+            "replies": outcomes.total() if summary else None,
+            "undecided": sum(outcomes[outcome] for outcome in UNDECIDED) if summary else None,
             "messages": summary.counts.messages if summary else None,
             "calls": summary.counts.calls if summary else None,
             "tokens": summary.counts.prompt_tokens + summary.counts.output_tokens if summary else None,

@@ -9,6 +9,7 @@ import pytest
 from commands import foundry, succeeds
 from foundry.storing.standing import unread
 from foundry.storing.store import SweepFolder
+from foundry.viewer.catalog import Catalog
 from ollama_cases import ABORTED, Body, ChatCase
 from ollama_server import OllamaServer
 
@@ -39,6 +40,8 @@ def played(folder: Path, answer: object, *overrides: str) -> str:
 def check(shown: str, sweep: Path) -> None:
     (one,) = unread(SweepFolder.open(sweep).runs())
     lost, share = one.outcomes.total(), one.share
+    (row,) = Catalog(sweep).sweeps()[0].rows(0, None)
+    assert (row["undecided"], row["replies"]) == (lost, 24)
     assert 0.02 < share < 1
     assert f"qwen3:4b: {share:.1%} of 24 replies are unreadable ({lost} contain no decision). Examples:" in shown
     examples = re.findall(r"step \d, agent \d, \w+: .*", shown)

@@ -140,7 +140,7 @@ def when_it_ends(hand: Hand, forms: Forms) -> None:
 
 def unreadable_replies(hand: Hand, forms: Forms) -> None:
     open_sweep(hand, forms)
-    hand.click(".look-at .unread button >> text=first")
+    hand.click(".look-at .unread button >> text=first: 1 of 96 replies")
     hand.page.wait_for_selector(".find .found a >> text=first · made_up · seed 0 · step 4 · agent 0")
     assert hand.page.locator(".find .found a").count() == 1
 
@@ -165,7 +165,7 @@ def costs(hand: Hand, forms: Forms) -> None:
     heads = hand.page.locator(".matrix thead th").all_text_contents()
     cells = hand.page.locator(".matrix tbody tr").first.locator("> *").all_text_contents()
     assert dict(zip(heads, cells, strict=True))["calls"] == "384"
-    assert {"readable", "tokens", "time"} <= set(heads)
+    assert {"readable replies", "tokens", "time"} <= set(heads)
 
 
 def a_figure(hand: Hand, forms: Forms) -> None:

@@ -35,10 +35,10 @@
     /** Show for each row the number of unreadable replies, with a link to them. */
     unread(rows) {
       const sum = (runs, key) => runs.reduce((total, run) => total + (run[key] || 0), 0);
-      const having = rows.map(({name, runs}) => [name, sum(runs, "undecided"), sum(runs, "decisions")]).filter(([, undecided]) => undecided).sort((a, b) => b[1] / b[2] - a[1] / a[2]);
+      const having = rows.map(({name, runs}) => [name, sum(runs, "undecided"), sum(runs, "replies")]).filter(([, undecided]) => undecided).sort((a, b) => b[1] / b[2] - a[1] / a[2]);
       if (!having.length) return null;
-      return [h("h3", {}, "Replies that could not be read"), h("ul", {class: "unread"}, having.map(([name, undecided, decisions]) => h("li", {}, h("button", {type: "button", class: "go", disabled: !foundry.source.live,
-        onclick: () => this.onUnread(name)}, `${name}: ${undecided.toLocaleString("en")} of ${decisions.toLocaleString("en")}`))))];
+      return [h("h3", {}, "Replies that could not be read"), h("ul", {class: "unread"}, having.map(([name, undecided, replies]) => h("li", {}, h("button", {type: "button", class: "go", disabled: !foundry.source.live,
+        onclick: () => this.onUnread(name)}, `${name}: ${undecided.toLocaleString("en")} of ${replies.toLocaleString("en")} replies`))))];
     }
 
     moments(findings) {

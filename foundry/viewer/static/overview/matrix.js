@@ -77,7 +77,7 @@
         h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Models and worlds, as a table"}, h("table", {class: "runs"},
           h("caption", {class: "note"}, matrix?.caption || "Runs that have ended. Analyse the sweep to see scores."),
           h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "model"), all.map((column) => this.head(column)),
-            ["readable", "calls", "tokens", "time"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
+            ["readable replies", "calls", "tokens", "time"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
           h("tbody", {}, this.rows.map((row) => this.row(row, all, asked))))),
         this.strips(this.rows.find((row) => row.name === asked.open), measures, values));
     }
@@ -93,9 +93,9 @@
     }
 
     row(row, columns, asked) {
-      const opened = asked.open === row.name, {runs} = row, decisions = sum(runs, "decisions"), undecided = sum(runs, "undecided");
+      const opened = asked.open === row.name, {runs} = row, replies = sum(runs, "replies"), undecided = sum(runs, "undecided");
       const name = h("button", {type: "button", "aria-expanded": String(opened), title: "Measures of this row", onclick: () => this.options.onOpen(opened ? null : row.name)}, this.marker(row.model), " ", row.name);
-      const readable = decisions ? percent(decisions - undecided, decisions) : "not yet";
+      const readable = replies ? percent(replies - undecided, replies) : "not yet";
       const reaches = (row.cells || []).map((cell) => cell.reach), least = reaches.filter((one) => one !== null).length > 1 ? Math.min(...reaches.filter((one) => one !== null)) : null;
       return h("tr", {}, h("th", {scope: "row"}, name),
         columns.map((column, place) => this.cell(row, column, row.cells?.[place], {asked, least})),
