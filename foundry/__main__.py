@@ -1,4 +1,4 @@
-"""Python runs this module for `python -m foundry` and for the command `foundry`."""
+"""The entry point of `python -m foundry` and of the command `foundry`."""
 
 import os
 import signal

@@ -1,9 +1,8 @@
 """Computes from log-probabilities how certain a model was of a decision, and how often it would decide each way.
 
-Servers of llama.cpp, vLLM and Ollama report the model's log-probabilities before temperature, filters and grammar. A
-The class
-`Sampling` converts log-probabilities to the probabilities of decisions. A server may filter tokens before or after it
-applies the temperature, and may have filters that no request named. foundry computes the probabilities for
+Servers of llama.cpp, vLLM and Ollama report the model's log-probabilities before temperature, filters and grammar. The
+class `Sampling` converts log-probabilities to the probabilities of decisions. A server may filter tokens before or
+after it applies the temperature, and may have filters that no request named. foundry computes the probabilities for
 each such way to filter; the differences between the ways are a part of the error.
 """
 
@@ -17,7 +16,7 @@ from foundry.canary import TokenLogprobs
 LEAST_COVERED = 0.95
 """A decision counts only if the probabilities of all labels add up to at least this value."""
 GREATEST_ERROR = 1 - LEAST_COVERED
-"""Maximum error of expected shares (total variation, 0..1) that is accepted."""
+"""Maximum accepted error (total variation, 0..1) of shares that are computed from the probabilities of one reply."""
 OPEN = {"top_k": 0, "top_p": 1.0, "min_p": 0.0}
 """Filters that remove no token."""
 STRICTEST = {"top_k": 20, "top_p": 0.8, "min_p": 0.05}
@@ -69,7 +68,7 @@ class Sampling:
                 yield dict(zip(names, chances, strict=False))
 
     def _tempered(self, chances: Sequence[float]) -> list[float]:
-        """Apply the temperature to probabilities; the last of these is the sum over all unreported tokens.
+        """Apply the temperature to probabilities; the last value in `chances` belongs to all unreported tokens.
 
         No unreported token is likelier than the last reported token. So the last result is an upper bound.
         """
@@ -229,7 +228,7 @@ def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str])
 
 
 def _is_followed(rest: str, label: str) -> bool:
-    """Return whether a token contains a whole label and then a mark, such as `go"`."""
+    """Return whether a token contains a whole label and then a punctuation mark or blank, such as `go"`."""
     return rest.startswith(label) and not rest[len(label)].isalnum()
 
 

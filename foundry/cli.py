@@ -1,6 +1,7 @@
 """The command `foundry`: the only entry point.
 
-Hydra reads `foundry [overrides]` and `foundry -m [overrides]`; Typer reads the subcommands in `foundry.commands`.
+Hydra parses the overrides of `foundry [overrides]` and `foundry -m [overrides]`, such as `world=bar`. Typer parses the
+subcommands, such as `foundry view`; the package `foundry.commands` defines them.
 """
 
 import contextlib

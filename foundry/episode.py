@@ -1,7 +1,7 @@
 """The loop that plays every world: ask all pending questions at once, let the world advance, store the records.
 
-Some worlds know early which questions an agent will get next. If replies take time, foundry asks each
-agent as early as possible, without waiting for the slowest reply of the round. Early questions do not change the
+Some worlds know an agent's next question before other agents have answered theirs. If replies take time, foundry asks
+each agent as early as possible, without waiting for the slowest reply of the round. Early questions do not change the
 records: foundry still records one whole round after another.
 """
 
@@ -45,7 +45,7 @@ class Asks(Protocol):
         """Send requests, and return a future for each reply."""
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the line in the log of calls for an answered request."""
+        """Return the entry for the log of calls: a request with its reply."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Asker:
         return self.model.begin(requests)
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the line in the log of calls for an answered request."""
+        """Return the entry for the log of calls: a request with its reply."""
         source = reply.source or self._source(request)
         return Call(
             step=request.step,

@@ -85,7 +85,7 @@ class UnconfirmedError(BackendError):
 
 
 class ServerError(BackendError):
-    """No request to a server can succeed at present, so the sweep ends."""
+    """A server fails in a way that would make every request fail, so the sweep ends."""
 
 
 class ModelChangedError(ServerError):

@@ -23,7 +23,7 @@ class _Doorway:
         self.departures: dict[int, Departure] = {}
 
     def fill(self, place: Departure) -> bool:
-        """Let one more agent leave by means of a new place; return whether this is possible.
+        """Add a place for one agent at an exit in a step; return whether one more agent can leave because of it.
 
         An agent that already has a place may take the new place. Then its old place becomes free for another agent.
 

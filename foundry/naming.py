@@ -103,7 +103,7 @@ def target_of(target: str) -> Any:
 
 
 def format_of(prompt: Mapping[str, Any]) -> str:
-    """Return the name of a prompt's format, such as `spread/3`, or `none`."""
+    """Return the name of a prompt's format, such as `spread/3`; return `none` if the prompt has no format."""
     space = prompt.get("format")
     return NO_FORMAT if space is None else f"{space.get('name')}/{space.get('draw', '?')}"
 

@@ -21,7 +21,7 @@ from types import ModuleType
 from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
-"""The environment variable that lists the folders with the user's own code, for the subprocesses of a command."""
+"""The environment variable that tells subprocesses of a command which folders contain the user's own code."""
 CONFIG_DIR = ("-cd", "--config-dir")
 """The flags with which a user names a folder with code or settings of the user."""
 _ROOT = Path(__file__).resolve().parent.parent
@@ -66,7 +66,7 @@ def importable(folders: Iterable[Path]) -> None:
 
 
 def working_directory_last() -> None:
-    """Move the working directory to the end of Python's path.
+    """Move the working directory to the end of `sys.path`, so that its files hide no installed module.
 
     It stays first if it contains this project, or if it is in PYTHONPATH.
     """

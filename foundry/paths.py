@@ -31,7 +31,10 @@ def scene_cache_dir() -> Path:
 
 
 def weights_cache_file() -> Path:
-    """Return the file for the hashes of local weights: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
+    """Return the path of the file for the hashes of local weights.
+
+    The variable FOUNDRY_WEIGHTS_CACHE names it; without this variable, it is in the cache folder of the user.
+    """
     file = os.environ.get("FOUNDRY_WEIGHTS_CACHE")
     return Path(file) if file else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
 

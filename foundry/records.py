@@ -232,7 +232,7 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
-"""The kinds of command in a 3D world; a command with several parts has the kind of its walk, else of its turn."""
+"""The kinds of command in a 3D world; with a walk, the walk gives the kind, otherwise the turn."""
 _QUARTERS = ("forward", "left", "back", "right")  # of the circle of bearings, counter-clockwise
 
 

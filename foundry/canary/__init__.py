@@ -1,6 +1,6 @@
 """The canary of a server: its answers to a fixed set of short, greedy calls, which identify its weights.
 
-`foundry/models/wrappers/canaries.py` makes the calls; this module compares the answers.
+`foundry/models/wrappers/canaries.py` makes these calls; this module compares the answers of two canaries.
 """
 
 import hashlib
@@ -29,20 +29,20 @@ MARK = "~"
 DIGITS = 4
 """Decimals of the recorded log-probabilities."""
 SAME_GAP, OTHER_GAP = 0.03, 0.5
-"""Two thresholds of the mean difference of log-probabilities between two canaries.
+"""Two thresholds for the mean difference of log-probabilities between two canaries.
 
-Up to the first threshold, the weights count as the same; above the second threshold, as different.
+If the difference is at most the first threshold, the weights count as the same; if above the second, as different.
 """
 SAME_SHARED, OTHER_SHARED = 0.8, 0.4
-"""Two thresholds of the share of the likeliest tokens that two canaries have in common.
+"""Two thresholds for the share of the likeliest tokens that two canaries have in common.
 
-From the first threshold on, the weights count as the same; below the second threshold, as different.
+If the share is at least the first threshold, the weights count as the same; if below the second, as different.
 """
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
 """Two thresholds, for servers without log-probabilities: share of a text before its first difference from another text.
 
-From the first threshold on, the weights count as the same; below the second threshold, as different. The script
-`benchmarks/bench_llama.py` measures all six thresholds; docs/models.md shows the results.
+If the share is at least the first threshold, the weights count as the same; if below the second, as different. The
+script `benchmarks/bench_llama.py` measures all six thresholds; docs/models.md shows the results.
 """
 
 
@@ -133,7 +133,7 @@ class Distance:
 
     @property
     def order(self) -> tuple[int, float, float]:
-        """Numbers by which distances are sorted: the larger they are, the more likely the weights differ."""
+        """Key for sorting distances; a larger key makes different weights more likely."""
         return list(Verdict).index(self.verdict), self.gap or 0.0, -(self.text or 0.0)
 
     @property

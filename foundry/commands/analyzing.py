@@ -239,7 +239,7 @@ def _known(
 
 
 def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
-    """Return the first range of new seeds, as many as `seeds`: without cached answers, and in no analysed sweep."""
+    """Return the first range of unused seeds, as many as `seeds`. Used seeds have cached answers or an analysis."""
     for start in itertools.count(max(seeds) + 1, len(seeds)):
         fresh = range(start, start + len(seeds))
         sweep = expand(composed.asked, [replace(condition, seeds=tuple(fresh)) for condition in composed.conditions])

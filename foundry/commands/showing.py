@@ -93,7 +93,7 @@ def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder
 
 @contextlib.contextmanager
 def _watched() -> Iterator[Callable[[int, int], None] | None]:
-    """Yield a function that shows, on a terminal, how many runs have been measured; None elsewhere."""
+    """Yield a function that shows how many runs have been measured; yield None if the output is no terminal."""
     screen = bars()
     if screen.quiet or not screen.is_terminal:
         yield None

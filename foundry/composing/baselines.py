@@ -70,7 +70,7 @@ class Stage:
             model.check(question)
 
     def suits(self, model: Model) -> bool:
-        """Return whether a policy can act in the world."""
+        """Return whether a policy can answer the questions of the world."""
         try:
             self.check(model)
         except InputError:

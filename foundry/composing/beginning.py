@@ -12,7 +12,7 @@ from foundry.composing.names import check_own_name
 from foundry.errors import InputError, StorageError, not_found
 
 _NAME, _CLASS = "part_name", "PartName"
-"""Placeholders in the templates: for the name of the part, and for the name of its class."""
+"""Texts in the template files that foundry replaces by the name of the new part and the name of its class."""
 _TRY_IT = "try_it.txt"
 _PLAIN = re.compile(r"[a-z][a-z0-9_]{0,59}")
 

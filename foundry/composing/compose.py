@@ -68,7 +68,7 @@ class Composed:
 
 
 def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequence[Path] = ()) -> Composed | None:
-    """Compose the arguments of `foundry`.
+    """Make the conditions of a sweep from the arguments of the command `foundry`.
 
     Returns:
         The conditions; None if Hydra answered one of its own flags (`--cfg`, `--info`, `--hydra-help`) instead.

@@ -16,7 +16,7 @@ from foundry.storing.store import SweepFolder
 
 
 def identified(sweep: Sweep, infos: Mapping[str, ModelInfo], cache: str, *, ask: bool = True) -> dict[str, ModelInfo]:
-    """Return the facts about each model. If a server reports no digest, its facts get one for the present weights.
+    """Return the facts about each model. If a server reports no digest, foundry adds one for the present weights.
 
     If only one set of weights is known for the model's name, this makes no calls; the first call of the sweep checks
     the canary. If several sets are known, each with its own keys of answers, the canary says which set answers now.

@@ -64,7 +64,7 @@ class _Silent:
 
 
 class _CacheOnly(Wrapper):
-    """Answers from the cache. If an answer is missing, this ends the episode or, if `silent`, gives an empty reply."""
+    """A model that only gives cached answers. If one is missing, the episode ends or, if `silent`, gets ""."""
 
     def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
@@ -198,7 +198,10 @@ async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo,
 
 @dataclass(frozen=True)
 class FoundPrompt:
-    """A prompt, and the number of earlier answers that the cache lacks; the prompt assumes empty replies instead."""
+    """A prompt of an episode, and how many earlier answers the cache lacks.
+
+    The prompt is as if the lacking answers were empty.
+    """
 
     messages: tuple[ChatMessage, ...]
     assumed_silent: int

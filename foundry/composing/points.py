@@ -140,7 +140,7 @@ def _point(
 
 
 def _choices_and_settings(overrides: Sequence[str], groups: Set[str]) -> tuple[list[str], list[Any]]:
-    """Split overrides into choices of options, which Hydra must compose, and parsed settings.
+    """Split overrides into choices (as `world=bar`), which Hydra must compose, and parsed settings (as `seed=3`).
 
     Hydra applies settings in their order, after all choices. If there are overrides of any other kind, Hydra composes
     all overrides.
@@ -200,7 +200,7 @@ def _composed(overrides: tuple[str, ...]) -> tuple[Any, Mapping[str, str]]:
 
 
 def _fixed_choices(asked: Sequence[str]) -> list[str]:
-    """Return the overrides from which Hydra finds its launcher: its own settings, and single options of groups.
+    """Return the overrides that Hydra needs to find its launcher: `hydra.*`, and choices such as `world=bar`.
 
     Other settings are left out, since perhaps not every world of the grid has them.
     """
@@ -215,7 +215,7 @@ def _fixed_choices(asked: Sequence[str]) -> list[str]:
 
 
 def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
-    """Yield each combination of the overrides' values, and the seeds; the last override of a key applies."""
+    """Yield each combination of the overrides' values, with the seeds. If a key occurs twice, the last one applies."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 

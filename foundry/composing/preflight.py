@@ -164,7 +164,7 @@ def notes_of(sweep: Sweep) -> list[str]:
 
 
 def missing_arms(sweep: Sweep) -> list[str]:
-    """Return a line for each world whose sweep lacks the runs that give the exact null of the world's measures."""
+    """Return a line for each world whose measures have an exact null, if the sweep lacks the runs for this null."""
     worlds = _worlds(sweep)
     lines = []
     for config in worlds.values():

@@ -1,4 +1,4 @@
-"""Makes a checked sweep with a folder from composed conditions; a planned sweep runs in stages."""
+"""Checks composed conditions and creates the folder of their sweep. A sweep with a plan runs from look to look."""
 
 import contextlib
 import os
@@ -123,7 +123,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 @dataclass(frozen=True)
 class Checked:
-    """A sweep that was checked, before anything is written."""
+    """A sweep that has passed all checks and of which nothing is on the disk yet."""
 
     composed: Composed
     sweep: Sweep

@@ -29,7 +29,7 @@ _OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
 def compose_recorded(
     config: Mapping[str, Any], overrides: Sequence[str], defaults: Defaults | None = None
 ) -> Composed | None:
-    """Compose overrides over the recorded configuration of a run, with its seed.
+    """Apply overrides to the recorded configuration of a run, which includes its seed.
 
     Returns:
         The composed command line, or None if Hydra answered one of its own flags.

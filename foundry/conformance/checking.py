@@ -85,7 +85,7 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
         edits.expects_one_action_for_each,
     ),
 }
-"""The checks by kind of part, in the order of the report. Checks of models ask only policies, which cost nothing."""
+"""The checks for each kind of part, in the order of the report. Checks of models only ask policies: they are free."""
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of parts that have a configuration group."""
 EDIT = "edit="
@@ -155,14 +155,14 @@ def _cases(
 
 
 def with_parts(name: str, case: WorldCase) -> list[Edit]:
-    """Return the edit with this name, and an edit for each of its parts in the world."""
+    """Return the edit `name`, and the edits `name.part` for each part of the observation that it can change alone."""
     check_own_edits(case.scenario.form)
     parts = () if "." in name else parts_of(name, case.scenario)
     return [find_edit(full, case.scenario) for full in (name, *(f"{name}.{part}" for part in parts))]
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
-    """Return the data for checks of a configuration's world. The configuration's model plays if it costs nothing."""
+    """Return the data for checks of a configuration's world. Its model answers only if it costs nothing."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
     return WorldCase(
         make=lambda: scenario_of(config),

@@ -86,7 +86,7 @@ def leaves_its_input_as_it_is(case: EditCase) -> None:
 
 
 def changes_the_same_every_time(case: EditCase) -> None:
-    """Edits of equal questions give equal questions."""
+    """The edit changes equal questions in the same way."""
     for before, after in case.changed:
         require(
             case.applied(before) == after,

@@ -133,7 +133,7 @@ def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
 
 
 def answers_the_same(case: ModelCase) -> None:
-    """A policy gives equal replies to equal requests, in any order, and so does a copy of it."""
+    """A policy and a copy of it give equal replies to equal requests, in any order of the requests."""
     requests = case.asked()
     one, other = case.placed(), case.placed()
     first = asyncio.run(one.ask_all(requests))

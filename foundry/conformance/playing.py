@@ -23,7 +23,7 @@ from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
-"""Function that checks one rule and may return a note; it raises Broken if a part breaks the rule."""
+"""Function that checks whether a part keeps one rule. It raises Broken if not, and may return a note for the user."""
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Function that answers the pending questions, in order."""
 POLICIES: tuple[Mapping[str, Any], ...] = (
@@ -32,7 +32,7 @@ POLICIES: tuple[Mapping[str, Any], ...] = (
 )
 """Policies that replace the chosen model in the checks, if it costs something or cannot act in the world."""
 _SPARE = 100
-"""An episode is stopped as endless after this many questions more than twice its promised maximum."""
+"""An episode is stopped as endless if it asks more than twice its promised maximum of questions plus this number."""
 
 
 class Status(StrEnum):
@@ -124,7 +124,7 @@ def _cause(error: Exception) -> str:
 
 @dataclass(frozen=True)
 class Turn:
-    """Questions that are asked together, the records of their answers, and the number of steps completed by then."""
+    """Questions that are asked together, the records of the answers, and the number of steps that are then complete."""
 
     questions: tuple[Question, ...]
     records: tuple[Record, ...]
@@ -164,7 +164,7 @@ class Episode:
         return sum(len(turn.questions) for turn in self.turns)
 
     def lines(self, stream: str) -> bytes:
-        """Return the content of a record file with the records of this episode."""
+        """Return the bytes that this episode would write to the record file `stream`."""
         return b"".join(msgspec.json.encode(record) + b"\n" for record in self.records if record.stream == stream)
 
     def content(self) -> list[bytes]:
@@ -255,7 +255,7 @@ class WorldCase:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The scenario that most checks share."""
+        """A scenario that the checks share, so that only some checks build their own."""
         return self.make()
 
     @property
@@ -265,12 +265,12 @@ class WorldCase:
 
     @cached_property
     def usual(self) -> Episode:
-        """An episode with usual replies."""
+        """An episode that the policy plays, or replies drawn from the options of each question."""
         return self.played(self.answers)
 
     @cached_property
     def drawn(self) -> Episode:
-        """The usual episode, with a picture of every state."""
+        """The same episode as `usual`, with a picture of every state."""
         return self.played(self.answers, pictures=True)
 
     @cached_property

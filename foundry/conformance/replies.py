@@ -1,4 +1,4 @@
-"""Checks of how worlds read replies: bad replies decide nothing, and offered replies decide as declared."""
+"""Checks how worlds read replies: bad replies choose no action; a reply that equals an option chooses this option."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -21,9 +21,9 @@ _BAD = {
     "a reply of 100,000 characters": (Answer(_GARBAGE * 10_000), Outcome.UNREADABLE),
     "a reply of 100,000 brackets": (Answer('{"[' * 34_000), Outcome.UNREADABLE),
 }
-"""Replies that decide nothing, and the outcome that the world must record for them."""
+"""Replies that choose no action, and the outcome that the world must record for each."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of texts that decide nothing. Talk is not checked for them, since any text may be a message."""
+"""Outcomes of unreadable texts. For questions about messages, they are not checked: any text may be a message."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
@@ -37,7 +37,7 @@ class _Place(NamedTuple):
 
 
 def _places(case: WorldCase) -> list[_Place]:
-    """Return, for each kind, the last question of the first round with this kind."""
+    """Return one question of each kind: the last one in the first round that has questions of this kind."""
     places: dict[str, _Place] = {}
     for number, turn in enumerate(case.usual.turns):
         last = {question.kind: _Place(number, at, question) for at, question in enumerate(turn.questions)}

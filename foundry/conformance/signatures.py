@@ -113,7 +113,7 @@ def says_what_it_is(case: SignatureCase) -> None:
 
 
 def says_what_it_takes(case: SignatureCase) -> None:
-    """The function `measure` states by an annotation which class of runs it takes."""
+    """The argument of the function `measure` has an annotation: the class of the runs that it measures."""
     run_type(case.module)
 
 
@@ -140,7 +140,7 @@ def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
 
 
 def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the entries of MEASURES that describe a name: its own entry, and patterns such as `won_*`."""
+    """Yield the entries of MEASURES that describe a measure: the entry with its name, and patterns such as `won_*`."""
     for pattern, measure in measures.items():
         start, star, end = pattern.partition("*")
         if name == pattern or (star and name.startswith(start) and name.endswith(end)):

@@ -173,7 +173,7 @@ def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
 
 
 def follows_its_seed(case: WorldCase) -> str | None:
-    """Different seeds give different episodes, if the world draws anything."""
+    """Different seeds give different episodes, if the world draws random numbers."""
     other = play(case.scenario.start(case.seed + 1), case.answers, most=case.most)
     is_same = other.content() == case.usual.content()
     return "every seed gives the same episode, so seeds only change the models' sampling" if is_same else None

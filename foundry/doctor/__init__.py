@@ -1,4 +1,4 @@
-"""Finds problems of a sweep before it starts. These checks record the speed of servers, but no answers."""
+"""Finds problems of a sweep before it starts. The checks call the servers; their speed is kept, but no answer."""
 
 from foundry.doctor.examination import Finding, Status, examine
 

@@ -41,7 +41,7 @@ _TIGHT = 3
 UNLIMITED_REPLY = 1024
 """Maximum number of tokens of a reply that is assumed if the settings allow any number."""
 COMMON_REPLY = 4
-"""A common reply is assumed to be this many times shorter than the longest reply that is allowed."""
+"""Usual replies are assumed to be this many times shorter than the longest reply that is allowed."""
 CUT_BEYOND = 8
 """No tokenizer has so many characters per token in English, so a server that counts fewer tokens has cut the prompt."""
 
@@ -231,7 +231,7 @@ async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
 
 
 async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
-    """Report whether the prompt is also too long with replies of common length, or only with the longest ones."""
+    """Report whether the prompt is too long only after the longest possible replies, or also after usual replies."""
     name, result = (
         use.model.name,
         f"the longest possible prompt ({longest.characters:,} characters) is refused: {error}",

@@ -60,7 +60,7 @@ def uses_of(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
 
 
 def key_of(config: Mapping[str, Any]) -> str:
-    """Return the key of a combination of model, world and prompt."""
+    """Return a text that is equal for configurations with the same model, world and prompt."""
     return settings_key({name: config[name] for name in ("world", "prompt", "model")})
 
 
@@ -118,7 +118,7 @@ class Estimate:
 
     @classmethod
     def of(cls, use: Use, measured: LoadResult, calls: int, note: str = "") -> "Estimate":
-        """Return the estimate for a number of calls. Few agents in few runs cannot keep all slots of a server busy."""
+        """Return the estimate for a number of calls. Few agents in few runs cannot use all slots of a server."""
         at_once = min(use.runs, MOST_OPEN) * len(use.scenario.start(use.seed).pending())
         means = (measured.prompt_tokens, measured.output_tokens)
         prompts, replies = (None if mean is None else round(calls * mean) for mean in means)

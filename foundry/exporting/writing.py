@@ -90,7 +90,7 @@ class ExportedCondition:
 
     @property
     def label(self) -> str:
-        """Name of the condition that people read: its world, model and prompt, and its other swept settings."""
+        """Readable name of the condition: its world, model and prompt, and its other swept settings."""
         shown = ("world", "model", "prompt")
         further = (f"{name}={value}" for name, value in self.factors.items() if name not in shown)
         return ", ".join((self.world, self.model, self.prompt, *further))
@@ -116,7 +116,7 @@ class ExportedCondition:
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """The id and the end of each run; the end changes if the run is played again."""
+        """The id of each run, and the time when it ended; if the run is played again, this time changes."""
         return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
 
 

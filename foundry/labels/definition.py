@@ -77,7 +77,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return hashlib.sha256(msgspec.json.encode((self.question, self.choices, self.judge))).hexdigest()
 
     def asked(self, context: Context) -> tuple[str, ...]:
-        """Return the lines that ask a person this label's question; the line with the question mark comes first."""
+        """Return the label's question to a person, line by line; its first line with a question mark comes first."""
         lines = [line for line in self.question.splitlines() if line.strip()]
         asking = next((line for line in lines if "?" in line), lines[0])
         return tuple(_filled(line, context) for line in (asking, *(line for line in lines if line is not asking)))

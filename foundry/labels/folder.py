@@ -57,7 +57,7 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Judge(msgspec.Struct, frozen=True, kw_only=True):
-    """The answers of a model about all texts of a sweep (`labels/<label>/models/<model>.json`).
+    """A model's labels of all texts in a sweep (`labels/<label>/models/<model>.json`).
 
     Attributes:
         digest: the model's digest on its server, or null.

@@ -19,7 +19,7 @@ MESSAGE = "message"
 _CAMERA = "camera"
 """The form of 3D worlds."""
 _PROBE = "probe"
-"""The form of the runs of a probe."""
+"""The form of runs in a probe."""
 _UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 _RECORDED = "recorded"
@@ -193,6 +193,6 @@ def _recorded(line: Line, actions: Sequence[str], form: str) -> str:
 
 
 def recorded_action(_: str, context: Context) -> str | None:
-    """Return a reply's recorded decision, or None if the reply was unreadable: the rule of the label `reading`."""
+    """The rule of the label `reading`: return a reply's recorded action, or None if the reply was unreadable."""
     recorded = str(context[_RECORDED])
     return recorded if recorded not in ("", NONE) else None

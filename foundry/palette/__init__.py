@@ -1,8 +1,8 @@
 """Colours, markers and dashes of models, baselines and decisions in plots, in the report and on the pages.
 
 A model's colour, marker and dashes depend on its index among the models of its sweep, in the order of first runs. All
-colours of models and baselines have a contrast of at least 3:1 on their background (WCAG 2.2, 1.4.11). The markers
-distinguish the first twelve models without colours.
+colours of models and baselines have a contrast of at least 3:1 on their background (WCAG 2.2, 1.4.11). The markers of
+the first twelve models differ, so that they can be told apart without colours.
 """
 
 import math
@@ -28,8 +28,9 @@ COLOURS = (
 )
 """Colours of models on a light background.
 
-Any two of the twelve differ by at least 9.9 in CIEDE2000, also for readers who confuse red and green or blue and yellow
-(Machado et al. 2009). The first eight differ by at least 5 in lightness (CIE L*), so a grey print distinguishes them.
+Any two of these twelve colours differ by at least 9.9 in CIEDE2000, also for readers who confuse red and green or blue
+and yellow (Machado et al. 2009). The first eight differ by at least 5 in lightness (CIE L*), so a grey print
+distinguishes them.
 """
 
 DARK_COLOURS = (
@@ -91,7 +92,7 @@ MARKERS = (
     _star(10, inner=0.45),
     _star(4, inner=0.55),
 )
-"""A diamond, a square, triangles, a plus, a cross, a pentagon, a hexagon, a star and a thin diamond."""
+"""The markers of models: diamond, square, triangles, plus, cross, pentagon, hexagon, star and thin diamond."""
 
 LOOKS = len(COLOURS) * len(MARKERS)
 """Number of models with different colours or markers. Larger indices repeat them with other dashes."""
@@ -115,7 +116,7 @@ class Look:
 
 
 def look(index: int, *, baseline: bool = False) -> Look:
-    """Return the look of a model; add `LOOKS` to its index for the look of another group of its runs.
+    """Return the look of a model. If it has several groups of runs, the look of group k is `look(index + k * LOOKS)`.
 
     Args:
         index: index among the models of a sweep, or among its baselines.

@@ -33,7 +33,7 @@ _Item = TypeVar("_Item")
 
 @dataclass(frozen=True)
 class Past:
-    """The recorded calls of a run.
+    """The recorded calls of a run, with its seed.
 
     Attributes:
         calls: the calls in order, without prompts and details about servers.

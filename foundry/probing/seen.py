@@ -21,7 +21,9 @@ from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 
 
 class Answered(msgspec.Struct, frozen=True):
-    """The choices of one model in a moment; `model`, `edit` and `format` are indices into the lists of `Overview`.
+    """The choices of one model in a moment, under one edit and with one format.
+
+    `model`, `edit` and `format` are indices into the lists that `Overview` contains.
 
     Counts from the probabilities of one reply add up to `foundry.storing.probed.ANSWERS`.
     """
@@ -131,7 +133,7 @@ class _Run:
 
     @property
     def key(self) -> str:
-        """A text that changes if the run is played again."""
+        """The id of the run, and a text that changes if the run is played again."""
         return self.folder.id + self.folder.beginning
 
 
@@ -288,7 +290,7 @@ class SeenProbe:
         return self._counted[run.key]
 
     def _calls(self, run: _Run) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
-        """Return the decisions of a run with their calls, by moment; runs with the latest seed are cached."""
+        """Return the decisions of a run with their calls, by moment. Only results for one seed at a time are cached."""
         if self._seed != run.folder.run.seed:
             self._seed = run.folder.run.seed
             self._read.clear()

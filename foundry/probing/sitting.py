@@ -35,7 +35,7 @@ class SittingRunner(LocalRunner):
         self._at_once = MOST_OPEN if together else 1
 
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
-        """Return the settings of the only worker, including the number of runs that it plays at once."""
+        """Return the settings of a worker: the usual settings, but another number of runs that it plays at once."""
         return replace(super().spec(job, runs, number), open_runs=self._at_once)
 
     def run(self, job: SweepJob) -> None:

@@ -42,7 +42,7 @@ FEATURES: Mapping[str, Any] = {
 _MOST = 1_000_000
 """Maximum number of formats in a space."""
 _HEADING, _TITLE, _LABEL, _VALUE, _ITEM, _POINT, _END, _REPLY = (chr(0xF8F0 + number) for number in range(8))
-"""Marks in a template: characters that Unicode reserves for private use."""
+"""Characters that mark headings, labels and so on in a template; Unicode reserves them for private use."""
 _MARKS = re.compile(f"[{_HEADING}-{_REPLY}]")
 _TAG = re.compile(r"(\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\})", re.DOTALL)
 _SHAPE = re.compile(r"(^[ \t]*\{[ \t]*\n.*?^[ \t]*\}[ \t]*$)", re.DOTALL | re.MULTILINE)
@@ -66,7 +66,7 @@ _MARKED = re.compile(
 
 @dataclass(frozen=True)
 class Format:
-    """One format of a space.
+    """A random layout of a prompt, drawn from all layouts of a space.
 
     Attributes:
         name: name of the format, such as `spread/3`.
@@ -106,7 +106,7 @@ class Format:
         return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
 
     def marked(self, source: str) -> str:
-        """Replace words in a template's source as the format says, and mark the parts that the format may change."""
+        """Replace words in a template as the format says, and mark the parts whose layout the format may change."""
         outside = _SHAPE.split(source)
         changed = [
             _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))

@@ -27,7 +27,7 @@ def check_film(path: Path, fps: float) -> None:
 
 
 def write_film(path: Path, shown: Iterable[Picture], fps: float) -> None:
-    """Write pictures of the same size as a film. An unfinished file has another name."""
+    """Write pictures of the same size as a film. While foundry writes the file, its name contains `.unfinished`."""
     unfinished = path.with_stem(f".{path.stem}.unfinished")
     try:
         _WRITERS[path.suffix.lower()](unfinished, shown, fps)

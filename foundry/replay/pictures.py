@@ -22,7 +22,7 @@ ALONE = 4
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG of a step."""
+    """A picture (PNG) of the state after a step."""
 
     step: int
     png: bytes

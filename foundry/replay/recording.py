@@ -1,4 +1,4 @@
-"""Reads the records of a run, so that any process can redraw the run."""
+"""Reads the records of a run into an object from which any process can draw the run's pictures."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -81,7 +81,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 
 @lru_cache(maxsize=64)
 def redrawing_of(recording: Recording) -> Redrawing:
-    """Return the pictures of a run. Recordings that are equal share one object."""
+    """Return an object that draws the pictures of a run; for an equal recording, return the same object."""
     return redrawn(recording)
 
 

@@ -18,7 +18,7 @@ from foundry.worlds.camera.eye.overview import INK, LINE_PX, MARGIN_PX, PAPER, T
 LINES = 6
 """Maximum number of lines of messages below a picture."""
 _NAMED = 8
-"""Up to this number of recipients, a message names them; beyond it, the message gives their number."""
+"""Up to this number of recipients are named with a message; if there are more, only their number is given."""
 
 
 class _Speech(msgspec.Struct):

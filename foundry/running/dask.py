@@ -116,14 +116,14 @@ def _same_versions() -> str:
 
 
 def site(file: str) -> Site:
-    """Return the versions and the host of this worker of the cluster, and whether it sees a file."""
+    """Run on a worker of the cluster: return its versions, its host, and whether the file exists there."""
     return Site(provenance.versions(), socket.gethostname(), Path(file).exists())
 
 
 def scheduler_lost() -> Callable[[], bool]:
-    """Return a function that returns whether this worker has lost its scheduler, and with it the command.
+    """Return a function that tells whether this worker has lost its connection to the scheduler, and so to the command.
 
-    A worker without scheduler would still finish its tasks, whose calls cost money.
+    A worker without a scheduler would still finish its tasks, whose calls cost money.
     """
     from distributed import Status, get_worker
 
@@ -220,7 +220,7 @@ class DaskRunner(Runner):
         raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _outlive(self, client: Any, attempt: Callable[[], str | None], runs: Sequence[RunFolder]) -> str | None:
-        """Repeat the tasks of dead workers, as long as each attempt brings some runs to their end."""
+        """Repeat `attempt` after workers died, as long as at least one further run ended since the last repetition."""
         while True:
             ended = sum(run.ended for run in runs)
             try:

@@ -103,7 +103,7 @@ class Tally:
     spared: int = 0
 
     def add(self, counts: Counts) -> None:
-        """Add the counts of a run."""
+        """Add the numbers of calls, retries and tokens of a run."""
         self.calls += counts.calls
         self.cached += counts.cached
         self.retries += counts.retries
@@ -207,7 +207,7 @@ class Lane:
                 await model.close()
 
     def _exchange(self) -> None:
-        """Update the limits on calls if this worker has read other workers' reports since the last update."""
+        """Update the limits on calls from the other workers' reports, if this worker has read new reports."""
         reports, self._heard = self._heard, None
         if reports is not None:
             self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})

@@ -15,7 +15,7 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import storing
 
 MAX_DEATHS = 2
-"""A run fails after this number of workers died while they had only this run open."""
+"""If this number of workers have died with no other run open than one and the same run, this run fails."""
 MAX_IDLE_DEATHS = 5
 """If more than this number of workers died without an open run, the sweep stops."""
 POLL_S = 0.25

@@ -33,7 +33,7 @@ class SweepStopped(FoundryError):
 
 
 class SweepInterrupted(Exception):
-    """The user stopped the sweep."""
+    """The user stopped the sweep, for example with Ctrl-C."""
 
 
 def new_session() -> str:
@@ -72,7 +72,10 @@ class SweepJob:
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
-"""A function that plays the runs of a phase (second argument: its number), until all end or the sweep stops."""
+"""A function that plays the given runs, which form the phase of the given number.
+
+It returns when all these runs have ended or the sweep has stopped.
+"""
 
 
 class Runner(ABC):

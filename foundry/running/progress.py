@@ -13,7 +13,7 @@ from foundry.storing.store import RunFolder, SweepFolder
 LEAST_WINDOW = 20
 """A speed is computed from at least this number of calls, because replies differ in length and come in bursts."""
 REMEMBERED = 0.5
-"""A speed is computed from this share of the calls so far, or from LEAST_WINDOW calls if that is more."""
+"""A speed is computed from the latest half of the calls so far, or from LEAST_WINDOW calls if these are more."""
 FINENESS = 100
 """Approximate number of points in time for which a count is remembered."""
 LEAST_S = 3.0
@@ -47,7 +47,7 @@ class OpenRun:
 
 @dataclass
 class Totals(Tally):
-    """The progress of a sweep with one model.
+    """The progress of one model's runs in a sweep.
 
     Attributes:
         runs: number of runs.
@@ -70,7 +70,7 @@ class Totals(Tally):
 
     @property
     def done(self) -> int:
-        """Number of the calls in `most` that were made, or will not be made because their run has ended."""
+        """Number of settled calls, of at most `most`: calls that were made, or that an ended run did not need."""
         return self.most if self.ended == self.runs else min(self.most, self.settled + self.calls + self.spared)
 
     @property
@@ -173,7 +173,7 @@ class SweepProgress:
 
 
 class Pace:
-    """The speed at which a count, such as the number of calls, has grown over its later half.
+    """The recent speed at which a count grows, such as the number of calls: over the second half of the count so far.
 
     The time before the first growth is left out, because a model may load then.
     """

@@ -233,11 +233,11 @@ class ForkedAsker:
         return await self._for(requests[0].step).ask_all(requests) if requests else []
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Begin to answer requests, which may belong to different steps."""
+        """Send requests, which may belong to different steps, and return a future for each reply."""
         return [reply for request in requests for reply in self._for(request.step).begin([request])]
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the line in the log of calls for an answered request."""
+        """Return the entry for the log of calls: a request with its reply."""
         return self._for(request.step).call(request, reply)
 
     def _for(self, step: int) -> Asks:
@@ -245,7 +245,7 @@ class ForkedAsker:
 
 
 def forked(asker: Asker, config: Mapping[str, Any], folder: SweepFolder) -> Asks:
-    """Return the asker of a run; a fork's asker takes the answers before the fork from the records."""
+    """Return the object that gets a run's answers: from `asker`, but before a fork begins, from the records."""
     if "fork" not in config:
         return asker
     fork = config["fork"]

@@ -208,7 +208,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Played:
-    """A chunk of runs that a worker has played.
+    """The result of a task: the runs that a worker has played, as one chunk.
 
     Attributes:
         fatal: the cause that must end the sweep, or None.

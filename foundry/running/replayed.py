@@ -1,4 +1,4 @@
-"""A model that only gives answers that another sweep recorded."""
+"""A model without a server: it gives the answers that another sweep recorded."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,7 +18,7 @@ _KEPT_SEEDS = 8
 
 
 def reply_of(call: Call) -> Reply:
-    """Return the reply in a logged call, marked as an answer from the cache."""
+    """Return the reply of a logged call; the reply says that it comes from the cache, so it costs nothing."""
     return Reply(
         text=call.text,
         thinking=call.thinking,
@@ -98,7 +98,7 @@ class Replayed(Model):
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer requests in order, without a task for each request."""
+        """Return a reply for each request, in the same order; this is faster than an asyncio task per request."""
         table = self._model.table(self._calls_seed)
         return [table.reply(request) for request in requests]
 

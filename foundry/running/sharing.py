@@ -63,7 +63,10 @@ class Group:
         return self._climb.limit
 
     def take(self, parts: Mapping[str, Part]) -> None:
-        """Add the calls since the last reports, and divide the limit. A worker's first report adds no calls."""
+        """Add the calls since the last reports, and divide the server's limit among the workers.
+
+        A worker's first report adds no calls.
+        """
         for worker, part in parts.items():
             if worker in self._last:
                 grown = part.sums - self._last[worker]
@@ -102,7 +105,7 @@ class Shared:
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """The limits of this worker."""
+        """The limits on this worker's calls in flight, one per server."""
         return tuple(self._limits.values())
 
     @property
@@ -130,7 +133,7 @@ class Shared:
         return make
 
     def have_room(self) -> bool:
-        """Return whether a server has room for more calls: since the last check, calls seldom waited for its limit."""
+        """Return whether a server can take more calls: since the last check, few calls waited for its limit."""
         return any([self._room_of(key, limit) for key, limit in self._limits.items()])
 
     def _room_of(self, key: str, limit: Limit) -> bool:

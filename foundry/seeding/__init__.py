@@ -1,6 +1,6 @@
 """Makes independent random streams, each with a name, from the one seed of a run.
 
-Every stream is a child of `numpy.random.SeedSequence(seed)`, with a spawn key made of the stream's name. Because
+Every random stream is a child of `numpy.random.SeedSequence(seed)`, with a spawn key made of the stream's name. Because
 of these keys, a new stream, or another draw from a stream, never changes the numbers of other streams.
 """
 

@@ -13,7 +13,7 @@ from foundry.errors import InputError
 
 Settings = TypeVar("Settings", bound=msgspec.Struct)
 MOST_TRIES = 10_000
-"""After this many draws in which places overlap, the places count as too many for the grid."""
+"""Maximum number of draws; if places overlap in all of these draws, an error says that the grid is too small."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class Positions:
 
 
 class PositionLaw:
-    """The distribution from which positions are drawn: places lie on the grid and share no cell; fires burn anywhere.
+    """The distribution from which positions are drawn: places are in the grid and share no cell; fires are anywhere.
 
-    All arrangements of the places are equally likely, and so are all cells of a fire. If the `starts` of agents are
-    given, no place covers a start. This is the distribution of positions given the starts, if each agent starts in any
-    cell outside all places.
+    All arrangements of the places are equally likely. Each fire is in any cell with the same probability. If the
+    `starts` of agents are given, no place covers a start. This is the distribution of positions given the starts, if
+    each agent starts in any cell outside all places.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class PositionLaw:
         )
 
     def _possible(self, extent: NDArray[np.int64], starts: NDArray[np.int64] | None) -> NDArray[np.int64]:
-        """Return the centres, (C, 2), at which a place lies on the grid and covers no cell of `starts`."""
+        """Return the centres, (C, 2), for which a place is inside the grid and covers no cell of `starts`."""
         across, along = (np.arange(half - self._half_size, self._half_size - half + 1) for half in extent.tolist())
         centres = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
         if not len(centres):

@@ -36,7 +36,7 @@ class Budget:
 
     @classmethod
     def of(cls, setting: int | str, calls: int, in_flight: int) -> "Budget":
-        """Return how many calls to repeat and to add as load; `auto` sends 2 % of the model's calls, but at least 4."""
+        """Return how many calls to repeat and to add as load. In all, `auto` sends 2 % of the calls, but at least 4."""
         if isinstance(setting, int):
             again = min(setting, calls)
             return cls(again, min(in_flight, calls - again))
@@ -180,7 +180,7 @@ def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
 
 
 def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
-    """Write the measurements of a sweep's served models."""
+    """Write, for each served model of a sweep, how alike its repeated calls were."""
     content = msgspec.json.format(msgspec.json.encode(_File(tuple(repeats))), indent=1)
     with storing(folder.path / DETERMINISM_FILE):
         write_atomically(folder.path / DETERMINISM_FILE, content + b"\n")
@@ -230,7 +230,7 @@ def _why(runs: Iterable[RunFolder]) -> str:
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:
-    """Return a name for each measured model; if models share a name, their different settings are added."""
+    """Return a name for each measured model. If several have the same name, add the settings in which they differ."""
     settings = [dict(leaves(repeated.parameters)) for repeated in measured]
     names = []
     for model, own in zip(measured, settings, strict=True):

@@ -13,7 +13,7 @@ SWEEP_FILE = "sweep.yaml"
 MULTIRUN_FILE = "multirun.yaml"
 PREREGISTRATION_FILE = "preregistration.yaml"
 _PROBE = ".probe."
-"""Prefix of the files by which foundry tests whether a folder is writable."""
+"""Beginning of the names of files that foundry writes to test whether a folder is writable."""
 
 
 def fresh_folder(root: Path) -> Path:

@@ -1,6 +1,7 @@
 """Matches the records of a run to its calls.
 
-Step, agent, kind of question, and the number of earlier equal questions identify a call.
+A call is identified by its step, its agent, the kind of its question, and the number of earlier calls with the same
+three values.
 """
 
 import itertools

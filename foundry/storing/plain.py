@@ -28,9 +28,9 @@ MOST_SETTINGS = 100_000
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""The lines of runs in `sweep.yaml`; the check of nested levels skips them, because there may be very many."""
+"""A line of `sweep.yaml` that defines a run. The check of nested levels skips these often very many lines."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
-"""Symbolic links and junctions on Windows; other reparse points, such as cloud files, count as regular files."""
+"""The tags of symbolic links and junctions on Windows. Files with other tags, such as cloud files, count as regular."""
 _REFUSED = {
     stat.S_IFLNK: "a link",
     stat.S_IFIFO: "a named pipe",
@@ -163,7 +163,7 @@ def _depth(text: str, where: object) -> int:
 
 
 def _check_expanded(value: Any, where: object, most: int) -> None:
-    """Raise an error if a value has too many parts; a part that aliases repeat counts each time."""
+    """Raise an error if a YAML value has too many parts. A part counts again for each YAML alias that repeats it."""
     counts: dict[int, int] = {}
     open_parts: set[int] = set()
 

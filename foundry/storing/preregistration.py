@@ -18,7 +18,7 @@ from foundry.texts import counted
 
 LOOKS_FILE = "looks.jsonl"
 ANALYSIS = "analysis"
-"""The subfolder of a sweep that an analysis creates."""
+"""Name of the folder inside a sweep's folder that an analysis creates."""
 
 
 class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
@@ -55,7 +55,7 @@ def write_looks(folder: Path, looks: Sequence[LookedAt]) -> None:
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):
-    """The name of a world, prompt or model, and the hash of its settings; addresses of servers do not count."""
+    """The name of a world, prompt or model, and the hash of its settings without the addresses of servers."""
 
     name: str
     sha256: str
@@ -187,7 +187,7 @@ def plan_sha256(folder: Path) -> str | None:
 
 
 def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
-    """Return the names of the analysed sweeps, other than the sweep in `folder`, that contain any of these runs."""
+    """Return the names of analysed sweeps that contain any of these runs; the sweep in `folder` does not count."""
     others = (sweep for sweep in sorted(sweeps) if is_sweep(sweep) and sweep.resolve() != folder.resolve())
     analysed = (other for other in others if (other / ANALYSIS).is_dir())
     return [folder.name for folder in analysed if any((folder / "runs" / run / "run.json").exists() for run in runs)]

@@ -16,7 +16,7 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, lines_of
 
 ANSWERS = 1000
-"""Number of answers in a moment for which the probabilities of one reply replace the repeated calls."""
+"""If a moment is asked once and the reply has probabilities, these count as the shares of this number of answers."""
 Place: TypeAlias = tuple[str, int, int, str, int]
 """A moment: its run, step, agent and kind of question, and how often this question was asked before in the step."""
 

@@ -153,7 +153,7 @@ class RunFolder:
         return self._sweep.config(self.run)
 
     def world(self) -> dict[str, Any]:
-        """Return the settings of the run's world, with the recorded positions if the world drew them at random.
+        """Return the settings of the run's world; randomly drawn positions are filled in from the records.
 
         A place or fire without a recorded position is left out, for example before the run starts.
         """
@@ -225,7 +225,7 @@ class RunFolder:
 
     @property
     def beginning(self) -> str:
-        """A text that changes each time the run starts from its first step; "" before its first start."""
+        """A text that changes each time the run is started anew, from its first step; "" if it has never started."""
         return stamp_of(self.path / "config.yaml")
 
     def steps_bytes(self) -> bytes:
@@ -321,7 +321,7 @@ def sha256_of(content: bytes) -> str:
 
 
 def whole_lines(content: bytes) -> bytes:
-    """Return the complete lines of a content, without a last line that a crash cut."""
+    """Return the complete lines; a last line without a line break is left out, because a crash cut it."""
     return content[: content.rfind(b"\n") + 1]
 
 
@@ -359,7 +359,7 @@ def json_file(path: Path, kind: type[T]) -> T | None:
 
 
 def read_calls(path: Path) -> Iterator[Call]:
-    """Yield the calls in a log; yield nothing if it does not exist, and only its complete calls if it was cut."""
+    """Yield the complete calls in a log, or nothing if no such file exists. A crash may have cut the last call."""
     if not is_there(path):
         return
     decode = msgspec.json.Decoder(Call).decode

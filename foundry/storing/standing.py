@@ -28,14 +28,14 @@ _UNREAD = {
 _SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
 _EXAMPLES = 3
 _SHOWN = 160
-"""Maximum length of an example, characters."""
+"""Maximum length of an example of an unreadable reply, characters."""
 _OUTCOME = "outcome"
 _PARTS = ("edit", "format")
 """Swept settings of a probe: unreadable replies are counted separately for each of their values."""
 
 
 class Standing(msgspec.Struct, kw_only=True):
-    """The progress of a sweep with one model, with the calls of runs that have not ended.
+    """The progress of one model's runs in a sweep, with the calls of runs that have not ended.
 
     Attributes:
         runs: number of runs; each is complete, failed, running or waiting.
@@ -157,7 +157,7 @@ class Unread:
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return the unreadable replies of each model whose share, overall or under an edit, is at least LEAST_SHARE."""
+    """Return each model with at least the share LEAST_SHARE of unreadable replies, overall or under one edit."""
     by_model: dict[str, Unread] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
@@ -185,7 +185,7 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
 
 
 def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
-    """Add examples with different texts, and whether `model.format=schema` could make such replies readable."""
+    """Add different examples of unreadable replies, and whether `model.format=schema` can make them readable."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
         text = text_of(call)

@@ -5,7 +5,8 @@ The folder contains:
 - sweep.yaml (the definition), multirun.yaml (Hydra's configuration), analysis/
 - runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl, calls.jsonl.zst, frames/, images/}
 - progress/ and locks/, while a command runs the sweep, or after that command was killed
-- origins/, if the sweep is a probe or consists of forks; moments.json, if the sweep is a probe
+- origins/ (calls of earlier runs), if the sweep is a probe or consists of forks
+- moments.json (the moments), if the sweep is a probe
 - looks.jsonl (after an analysis), notes.jsonl (the notes), preregistration.yaml (the plan)
 - manifest.json, scenes.json and scenes/, if the sweep comes from a bundle
 
@@ -168,7 +169,7 @@ class SweepFolder:
 
     @property
     def analysis_dir(self) -> Path:
-        """The folder of the analysis, which may be deleted."""
+        """The folder of the analysis. A user may delete it, because `foundry analyze` writes it anew."""
         return self.path / "analysis"
 
     def export_dir(self, what: str) -> Path:
@@ -186,7 +187,7 @@ class SweepFolder:
         return self.path / "report.html"
 
     def report_file_of(self, folders: int) -> Path:
-        """Return the default path of the report of this sweep and others, with the number of all folders."""
+        """Return the default path of a report of this sweep and others; `folders` is the number of all sweeps in it."""
         return self.report_file if folders == 1 else self.path / f"report_of_{folders}_folders.html"
 
     @property
@@ -233,11 +234,11 @@ class SweepFolder:
         return {name: str(file) for name, file in files.items()}
 
     def sweep_here(self) -> Sweep:
-        """Return the sweep, with its scenes and moments read from its folder."""
+        """Return the sweep, with settings that read its scenes and moments from its own folder."""
         return with_moments(self.with_scenes(self.sweep), self.path)
 
     def with_scenes(self, sweep: Sweep) -> Sweep:
-        """Return a sweep, with its scenes read from the folder of this sweep."""
+        """Return a sweep with settings that read its scenes from the folder of this sweep."""
         scenes = self.scenes()
         placed = (
             replace(condition, config=scene_here(condition.config, scenes, self.path)) for condition in sweep.conditions
@@ -245,7 +246,7 @@ class SweepFolder:
         return replace(sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
-        """Return the path of the calls before the step `at`, which a recorded run shares with its forks."""
+        """Return the path of a file: the calls of a recorded run before the step `at`, at which its forks begin."""
         return self.path / ORIGINS / f"{run}-at{at}.jsonl.zst"
 
     @property

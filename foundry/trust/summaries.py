@@ -21,7 +21,7 @@ COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
 """Counts that a replay cannot check, because they depend on where the answers came from."""
 _RENDERER = "renderer"
-"""The key under which a line of the records names its renderer."""
+"""The key of a recorded line that names the renderer of the picture."""
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
@@ -134,7 +134,7 @@ def is_of_pictures(difference: Difference) -> bool:
 
 
 def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn: Iterable[bytes]) -> str | None:
-    """Return a note about a run whose pictures another renderer drew; None if the content of the pictures differs."""
+    """Return a note about a run that another renderer drew; None if its first differing picture shows other content."""
     from foundry.worlds.camera.eye.likeness import likeness_of
 
     note = f"was drawn by {drew.then}. Here, {drew.now} draws other pixels, so the run cannot be verified here"

@@ -124,7 +124,7 @@ class Comparer:
         self._compare_file(frame_name(step), png)
 
     def check_end(self) -> None:
-        """Raise an error if the files have further lines."""
+        """Raise an error if the recorded files have more lines than the replay wrote."""
         for name, lines in self._lines.items():
             at = self._next[name]
             if at < len(lines):
@@ -140,7 +140,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines differ only in the renderer; then they are equal if their pictures are equal."""
+        """Return whether two lines differ only in the name of the renderer; such a difference is no error."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None
@@ -230,7 +230,10 @@ def _drawn(
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
-    """Return the result for a run with a difference; the verdict says if another version read its replies."""
+    """Return the result for a run that differs from its replay.
+
+    The verdict says whether the cause can be that another version of foundry read the replies of the run.
+    """
     readers = _other_readers(summary)
     may_follow = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # from another reading of replies
     if not readers or difference.file not in may_follow:
@@ -282,7 +285,7 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
 
 
 def _check_status(summary: RunSummary | None) -> None:
-    """Raise an error if an episode reaches its end, but its run is recorded as failed before that."""
+    """Raise an error if the replay reached the end of the episode, but the record says that the run failed earlier."""
     if summary is not None and summary.error_type in _AFTER_THE_END:
         return
     # A worker may have crashed at the very end, before it recorded the digests of its files.

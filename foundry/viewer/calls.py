@@ -20,7 +20,7 @@ _LONGEST_HEADER = 18
 
 
 class _LoggedCall(NamedTuple):
-    """A logged call. `lines` are lines of its Zstandard frame; the call's own line goes from `start` to `end`."""
+    """A logged call. Its own line is `lines[start:end]`; `lines` are decompressed lines of a Zstandard frame."""
 
     frame: int
     step: int
@@ -64,7 +64,7 @@ class CallLog:
             self._begin()
 
     def of_agent(self, agent: int, first: int, last: int) -> list[bytes]:
-        """Return an agent's calls in the steps from `first` to `last` as lines of JSON, in order."""
+        """Return the calls of an agent from step `first` to `last`, in order, each as a line of JSON."""
         return self._find(first, last, agent).get(agent, [])
 
     def of_all(self, first: int, last: int) -> dict[int, list[bytes]]:
@@ -149,7 +149,9 @@ class CallLog:
 
 
 def frame_starts(log: mmap.mmap, start: int) -> list[int]:
-    """Return the first byte of each Zstandard frame in a log, from byte `start` on; the last frame may be incomplete.
+    """Return the byte position at which each Zstandard frame of a log begins; the search begins at byte `start`.
+
+    The last frame may be incomplete.
 
     Source of the layout: RFC 8878, section 3.1.1.
     """

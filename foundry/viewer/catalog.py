@@ -23,7 +23,7 @@ ROWS_PER_PAGE = 500
 LOOKED_AT_ONCE = ROWS_PER_PAGE
 """Number of runs whose state is checked before the page shows a sweep for the first time."""
 FEW = 2_000
-"""Number of unchecked runs that a later request checks. In a sweep with at most so many runs, all are checked."""
+"""Number of unchecked runs that each later request checks. A sweep with at most FEW runs is checked as a whole."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 
 
@@ -201,7 +201,7 @@ class CatalogedSweep:
         return self._claimed[1]
 
     def summary_of_groups(self) -> Summary:
-        """Return the groups of the analysis."""
+        """Return the groups of runs that the latest analysis compared, with the means of their measures."""
         return summary_of(self.folder, self.claimed(), self.table)
 
     def _row(self, folder: RunFolder, running: bool) -> dict[str, Any]:
@@ -259,7 +259,7 @@ def opened_in(reports: Mapping[str, Any]) -> list[str]:
 
 
 def places_in(mask: str, runs: int) -> list[int]:
-    """Return the indices of the runs that a mask chooses.
+    """Return the indices of the runs whose bit in a mask is 1.
 
     Args:
         mask: URL-safe base64 with one bit per run; the highest bit of a byte is first.

@@ -109,7 +109,7 @@ def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
 
 
 def _paired_runs(sweep: CatalogedSweep) -> Iterator[tuple[RunFolder, RunFolder]]:
-    """Yield every two runs that have the same world and seed; the run with the lower id comes first."""
+    """Yield every pair of runs with the same world and the same seed; the run with the lower id comes first."""
     worlds = [condition.config["world"]["name"] for condition in sweep.folder.sweep.conditions]
     runs = zip(sweep.folder.sweep.runs, sweep.runs(), strict=True)
     placed = sorted((worlds[run.condition], run.seed, run.id, folder) for run, folder in runs)
@@ -128,7 +128,7 @@ def _copy_file(source: Path | None, target: Path) -> None:
 
 
 def _write(out: Path, address: str, content: bytes) -> None:
-    """Write a resource as a script that passes it to the page. In base64, a recorded text cannot act as code."""
+    """Write data of the page as a script that passes them to the page. In base64, no recorded text can act as code."""
     packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
     target = out / "data" / f"{address}.js"
     target.parent.mkdir(parents=True, exist_ok=True)

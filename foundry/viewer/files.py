@@ -9,7 +9,7 @@ from foundry import palette
 STATIC = Path(__file__).resolve().parent / "static"
 """The folder of the page, its scripts and styles."""
 ROOMS = {folder.parent.name: folder for folder in sorted(STATIC.parent.glob("*/static"))}
-"""Other folders of scripts and styles, by the first part of their addresses."""
+"""Further folders of scripts and styles; the key is the first part of the addresses of their files."""
 
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",

@@ -2,7 +2,7 @@
 
 The class and the script of foundry's own forms are in `foundry/viewer/<form>/`; the script is `static/page.js`. The
 module of a user's form names its class as `VIEWER` and its script as `PAGE` (`foundry.own_code`, group `forms`). For
-any other form, the view `any` shows the parts that all forms share.
+any other form, the view `any` shows the data that runs of all forms have.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Script:
 
     @property
     def told(self) -> dict[str, str]:
-        """The description of the script that the page gets."""
+        """The form and the address of its script, as the page gets them."""
         return {"form": self.form, "script": self.address}
 
 

@@ -67,7 +67,7 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        """Address of the page."""
+        """Address of the page, with the host and the port of this server."""
         host = LOOPBACK if _is_wildcard(self.host) else self.host
         return f"http://{host}:{self.server_port}/"
 
@@ -77,7 +77,7 @@ class PageServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
-        """Return whether a Host header names this server. An attack by DNS rebinding uses another name."""
+        """Return whether a Host header names this server. If not, the request may be an attack (DNS rebinding)."""
         name, _, port = host.rpartition(":")
         if port != str(self.server_port):
             return False

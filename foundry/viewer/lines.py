@@ -53,7 +53,7 @@ class StepLines:
 
     @property
     def last(self) -> tuple[int, int]:
-        """The last step and its number of lines; (0, 0) if there are no lines."""
+        """The number of the last step, and how many lines this step has; (0, 0) if there are no lines."""
         return self._counted(-1)
 
     @property

@@ -309,7 +309,7 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
-    """Yield addresses and contents of the data of single agents; the records are read once, not once per agent."""
+    """Yield the data of each agent, with their addresses. This reads the records once, not once per agent."""
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))

@@ -20,7 +20,7 @@ UNDECIDED = frozenset({Outcome.UNREADABLE, Outcome.EMPTY, Outcome.TRUNCATED, Out
 COMPLETE, FAILED = "complete", "failed"
 RUNNING, UNFINISHED, WAITING = "running", "unfinished", "waiting"
 MARKS_PER_BLOCK = 100
-"""Number of steps in a block of marks for the timeline."""
+"""Number of steps whose marks on the timeline the page requests at once."""
 
 JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
@@ -91,7 +91,7 @@ class RunView(ABC):
 
     @abstractmethod
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return, for each kind of mark on the timeline, a number for each step from `first` to `last`."""
+        """Return counts for the timeline by kind, such as unreadable replies: one per step from `first` to `last`."""
 
     @abstractmethod
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
@@ -103,10 +103,10 @@ class RunView(ABC):
 
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `track`; this reads the records once, not once per agent."""
+        """Yield each agent with what `track` returns for it, but read the records only once for all agents."""
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield, for each decision in these steps, its agent and the numbers to add to the agent's totals."""
+        """Yield each decision's agent in steps `first` to `last`, with the numbers to add to this agent's totals."""
         return iter(())
 
     def totals(self) -> dict[str, Any]:

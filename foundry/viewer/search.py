@@ -20,11 +20,11 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
 UNREADABLE = "unreadable"
-"""The kind of unreadable replies. If a call failed and has no reply, the reason is searched instead."""
+"""The kind of unreadable replies. If a call failed, the search looks at the reason for the failure."""
 KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
 """The kinds of indexed texts; an unreadable reply also counts as a reply."""
 NOTE = "note"
-"""The kind of people's notes, which are not indexed, since they change."""
+"""The kind of the notes that people write. Notes are not in the index, because people may change them."""
 MOST = 50
 """Maximum number of results that the server sends at once."""
 SPEAKERS = 10
@@ -208,7 +208,7 @@ class TextSearch:
 
 
 def _conditions(query: Query, phrases: str, runs: Collection[str] | None) -> tuple[list[str], dict[str, Any]]:
-    """Return the conditions on moments as SQL, and their values."""
+    """Return the filters of a search for texts as SQL, and the values of their parameters."""
     kinds = {EVERY: KINDS, "reply": ("reply", UNREADABLE)}.get(query.kind, (query.kind,))
     optional = {
         "words MATCH :phrases": phrases or None,

@@ -112,6 +112,6 @@ class _Handler(PageHandler):
 
 @contextmanager
 def serving(root: Path, *, host: str = LOOPBACK, trusted: Sequence[str] = ()) -> Iterator[ViewServer]:
-    """Serve from a thread during the block."""
+    """Run a server of the viewer in a thread while the `with` block runs."""
     with running(ViewServer(root, host=host, trusted=trusted)) as server:
         yield server

@@ -94,7 +94,7 @@ def _open_run(sweep: CatalogedSweep, run: str, report: _Reported) -> dict[str, A
 
 
 def _calls_left(sweep: CatalogedSweep, report: _Reported) -> dict[str, float | None]:
-    """Estimate the number of calls to come for each model that has runs to finish; None if nothing is known.
+    """Estimate, for each model with unfinished runs, how many calls are still to be made; None if nothing is known.
 
     Each open run is taken to make its maximum number of calls. Each waiting run is taken to make as many calls as the
     ended runs of its model on average; if none has ended, as many as its open runs.

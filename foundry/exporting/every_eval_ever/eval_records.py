@@ -29,7 +29,7 @@ _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
     """Return the record of a condition, with results for declared measures that have a value and a better direction.
 
-    A measure has a better direction if high values, or low values, are better.
+    The better direction of a measure says whether high or low values are better.
     """
     made = _epoch(condition.ended)
     model = model_id(condition)
@@ -68,7 +68,7 @@ def left_out(scores: Scores) -> dict[str, str]:
 
 
 def model_id(condition: ExportedCondition) -> str:
-    """Return the name of the model, with its kind of server in front, as in "ollama/qwen3:4b"; "a/b" stays "a/b"."""
+    """Return the name of the model with its kind of server, as in "ollama/qwen3:4b"; a name with a slash stays."""
     if "/" in condition.model:
         return condition.model
     target = str(condition.config["model"]["_target_"]).split(".")
@@ -162,7 +162,7 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
-    """Write a record for each condition with results, and a file that lists the measures that no record contains."""
+    """Write an Every Eval Ever record for each condition with results, and a file that lists the left-out measures."""
     files = [_written(condition, scores, folder) for condition in conditions]
     if not any(files):
         raise InputError(

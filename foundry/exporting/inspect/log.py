@@ -57,7 +57,7 @@ _NO_TIME = (1980, 1, 1, 0, 0, 0)
 
 
 def events(run: ExportedRun) -> Iterator[Event]:
-    """Yield the calls of a run as events of a log of Inspect, in the order of the calls; each step is a span.
+    """Yield the calls of a run in their order, as events of an Inspect log. Each step is a span of events.
 
     The time of every event is the start of the run, because the log of calls has no times.
     """
@@ -98,7 +98,7 @@ def _message(run: ExportedRun, call: Call, index: int, said: Mapping[str, Any]) 
 
 
 def _image(run: ExportedRun, sha256: str) -> Content:
-    """Return an image as it was sent. If the image was not recorded, return its hash as data, not as a text."""
+    """Return an image as it was sent. If the image was not recorded, return only its SHA-256."""
     stored = run.image(sha256)
     if stored is None:
         return ContentData(data={"image_sha256": sha256, "kept": False})
@@ -164,7 +164,7 @@ def _written(log: EvalLog, folder: Path) -> Path:
 
 
 def eval_log(condition: ExportedCondition, scores: Scores) -> EvalLog:
-    """Return the log of a condition, with a sample for each run, an event for each call, a score for each measure."""
+    """Return the log of a condition, with a sample per run, an event per call, and a score per measure."""
     samples = [_sample(run, scores) for run in condition.runs]
     return EvalLog(
         status="success" if len(samples) == condition.asked else "cancelled",

@@ -136,7 +136,7 @@ class AnyView(RunView):
         return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `track`; this reads the records once, not once per agent."""
+        """Yield each agent with what `track` returns for it, but read the records only once for all agents."""
         personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
         for span in self._spans():
             for row in self._rows(*span):
@@ -204,7 +204,7 @@ def _mean(values: Sequence[float] | None) -> float | None:
 
 
 def _plain(action: Any) -> str | int | float | None:
-    """Return a label or a number unchanged. Return any other value as JSON; some worlds may record such values."""
+    """Return a label or a number unchanged. Return other values, such as lists, as JSON."""
     is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
     return action if is_plain else msgspec.json.encode(action).decode()
 

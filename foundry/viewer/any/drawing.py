@@ -43,7 +43,10 @@ class Drawing:
         return ""
 
     def shows_lanes(self) -> bool:
-        """Return whether pictures only show one row per agent, which the page draws itself; False if unknown."""
+        """Return whether the page draws the decisions itself, one row per agent, so that it needs no pictures.
+
+        Return False if the world cannot be built.
+        """
         try:
             with _ONE_AT_A_TIME:
                 return self._redrawing()[1].shows_lanes
@@ -74,7 +77,7 @@ class Drawing:
         )
 
     def _took_s(self, steps: Sequence[int]) -> float:
-        """Estimate the seconds to draw the steps. Only the second picture is timed, since the first one loads data."""
+        """Estimate the seconds to draw pictures of these steps, from the second picture; the first also loads data."""
         started = 0.0
         for step in steps[:2]:
             started = time.perf_counter()

@@ -38,7 +38,7 @@ class OwnStream:
         return {"name": self.name, "keys": self.keys, "by_step": self.by_step}
 
     def rows(self, first: int, last: int) -> list[msgspec.Raw]:
-        """Return the raw lines of these steps; if the lines of the file have no step, the first lines of the file."""
+        """Return the lines from step `first` to `last`, or the first lines of the file if its lines have no step."""
         if not self.by_step:
             head = _head(self.lines)
             return raw(head[: head.rfind(b"\n") + 1].splitlines())
@@ -70,13 +70,13 @@ def _head(lines: StepLines) -> bytes:
 _NUMBERS = ("integer", "number")
 _IDS = ("step", "agent", "sender", "recipient")
 _COMMON = ("action", "utility")
-"""Keys of a decision that the page shows elsewhere."""
+"""Numbers of a decision that are no curve here, because another part of the page shows them."""
 _READ = msgspec.json.Decoder(dict[str, Any]).decode_lines
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Numbers over time that share one scale: all numbers of a world's own record file, or one number of `steps.jsonl`.
+    """Curves over time with one common scale: the numbers of a world's own record file, or one number of `steps.jsonl`.
 
     Attributes:
         name: name of the file or of the number.
@@ -89,7 +89,7 @@ class Curves:
 
     @property
     def told(self) -> dict[str, Any]:
-        """The description of the curves that the page gets."""
+        """The name of this group of curves and the keys of its curves, as the page gets them."""
         return {"name": self.name, "keys": self.keys}
 
     def values(self, first: int, last: int) -> list[dict[str, list[float | None]]]:

@@ -175,7 +175,7 @@ class CameraView(RunView):
         }
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield the track of the only agent."""
+        """Yield agent 0, the only agent, with its track."""
         yield 0, self.track(0)
 
     def _rows(self, first: int, last: int) -> Sequence[CameraStep]:

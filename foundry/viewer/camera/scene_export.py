@@ -5,8 +5,8 @@ with the light, so the page needs no lamp (`KHR_materials_unlit`). The file also
 the agent's eye above its feet. `extras.body_height` of the camera's node is the height of the agent's body, in metres.
 `extras.targets` of the root node are boxes around the objects that can be targets, in metres, Z up.
 
-foundry writes the format itself, because the format is just a header, a JSON text and one block of bytes. GLB
-libraries do not pack the bytes, or cannot write materials without light.
+foundry writes the format itself: it is just a header, a JSON text and one block of bytes. Existing libraries for GLB
+either leave the packing of the bytes to their caller, or cannot write materials that need no light.
 """
 
 from __future__ import annotations

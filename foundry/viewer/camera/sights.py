@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _ONE_AT_A_TIME = threading.Lock()
 SEEN, HIDDEN, OUTSIDE = "seen", "hidden", "outside"
-"""A possible place of a target: visible in the picture, hidden by something in it, or outside it."""
+"""A target is visible in a picture, hidden there by another object, or outside the picture."""
 
 
 class Sights:

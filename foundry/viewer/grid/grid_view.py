@@ -17,7 +17,7 @@ DIRECTIONS = ("stay", "up", "down", "left", "right")
 DEEDS = ("gather", "share", "attack", "reproduce")
 """The actions besides moves that agents have in a world with energy."""
 SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
-"""The bits of the number `flags`: the agent spoke, moved, perceived a fire, was absent."""
+"""Values that the number `flags` adds up: the agent spoke, moved, perceived a fire, was absent."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}
@@ -40,8 +40,6 @@ class _Reproduction(msgspec.Struct):
 
 
 class _Grid(msgspec.Struct):
-    """The settings of a world that the page needs."""
-
     agents: Annotated[int, msgspec.Meta(ge=1)]
     half_size: Annotated[int, msgspec.Meta(ge=0)]
     places: list[_Place]
@@ -172,7 +170,7 @@ class GridView(RunView):
             yield row.agent, {"messages": int(row.message is not None), "moves": int(row.moved), "failures": failures}
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the numbers that `GridByStep` lists, for the given steps."""
+        """Return the curves that `GridByStep` computes: the values of each, from step `first` to `last`."""
         counted = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
         self._by_step = counted
         while (known := counted.done) < last:
@@ -191,7 +189,7 @@ class GridView(RunView):
         return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `track`; this reads the records once, not once per agent."""
+        """Yield each agent with what `track` returns for it, but read the records only once for all agents."""
         rows: list[list[GridStep]] = [[] for _ in range(self.agents)]
         for first in self._firsts():
             for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):

@@ -65,11 +65,11 @@ class PeopleServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def service_actions(self) -> None:
-        """Call `look`, which may end the session."""
+        """Call the function `look`, which may end the session. The server does this several times per second."""
         self._look()
 
     def standing(self, after: int) -> dict[str, Any]:
-        """Return the state for the page."""
+        """Return the data that the page shows now, such as the pending question."""
         self._opened = True
         return {**msgspec.to_builtins(self.desk.standing(after, PATIENCE_S)), "told": self.told, "far": self._far()}
 

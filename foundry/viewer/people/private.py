@@ -37,14 +37,14 @@ class PrivateServer(PageServer):
 
 
 class PrivateHandler(PageHandler):
-    """Answers only requests with the token in their path."""
+    """Answers only requests whose path contains the secret token."""
 
     server: PrivateServer
     index: str
     """Name of the page's file in this folder."""
 
     def do_GET(self) -> None:
-        """Answer a request whose path begins with the token."""
+        """Answer a request for a page, script or data, if its path begins with the secret token."""
         self._within(self.answer_get)
 
     def do_POST(self) -> None:

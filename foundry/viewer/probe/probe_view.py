@@ -14,7 +14,7 @@ from foundry.viewer.files import static_file
 from foundry.viewer.run_view import BINARY, Resource
 
 EXPORTED_S = 60.0
-"""Maximum time for drawing states of worlds in an export, seconds; images that agents saw are always exported."""
+"""Maximum time for drawing pictures of worlds in an export, seconds. Images that agents saw need no drawing."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
