@@ -199,9 +199,9 @@ def analyze(
 ) -> Analysis:
     """Compute all signatures, compare the groups, and write all files.
 
-    The files go to the `analysis` folder of the first sweep. For several sweeps all runs are combined, and the tables
-    have a column `sweep`. Baselines of a sweep are included. Runs that were measured before and have not changed are
-    not measured again.
+    The files go to the folder `analysis` of the sweep, or, for N sweeps, to `analysis_of_N_folders` of the first. For
+    several sweeps all runs are combined, and the tables have a column `sweep`. Baselines of a sweep are included. Runs
+    that were measured before and have not changed are not measured again.
 
     Args:
         dirs: folder of a sweep, or folders of several.
@@ -222,13 +222,14 @@ def analyze(
     """
     paths = folders_of(dirs)
     sweeps = opened(paths)
-    folder = sweeps[0].analysis_dir
+    folder, memory = sweeps[0].analysis_dir_of(len(sweeps)), sweeps[0].analysis_dir / "measured.sqlite"
     check_declared(sweeps, family, margins)
     sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
     chosen = Filter.of(only, without)
     chosen.check([condition for source in sources for condition in source.folder.sweep.conditions])
-    ensure_writable(folder)
-    measured, events = _measure_and_write_steps(sources, folder, chosen, watch)
+    for used in (folder, memory.parent):
+        ensure_writable(used)
+    measured, events = _measure_and_write_steps(sources, folder, memory, chosen, watch)
     results = chosen.taken(measured)
     chosen.write(folder, len(results), len(measured))
     filtered = f"{chosen}: {len(results)} of {len(measured)} runs" if chosen else ""
@@ -374,14 +375,14 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
 
 
 def _measure_and_write_steps(
-    sources: Sequence[Source], folder: Path, chosen: Filter, watch: Callable[[int, int], None] | None
+    sources: Sequence[Source], folder: Path, kept: Path, chosen: Filter, watch: Callable[[int, int], None] | None
 ) -> tuple[list[RunResult], EventsFile]:
     runs = [run for source in sources for run in source.folder.runs()]
     by_sweep = len({source.name for source in sources}) > 1
     events = EventsFile()
     results: list[RunResult] = []
     with (
-        open_memory(folder / "measured.sqlite") as memory,
+        open_memory(kept) as memory,
         open_steps_file(folder / "steps.parquet", schemas_of(runs), by_sweep=by_sweep) as file,
     ):
         for result in measure_runs(sources, memory):

@@ -77,6 +77,8 @@ def analyze(
     """Measure every run, and compare models, prompts and settings.
 
     Declare the measures that your claims need (--family). Without a declaration, all findings are exploratory.
+
+    The tables are in analysis in the folder. Those of N folders together are in analysis_of_N_folders in the first.
     """
     margins = margins_of(margin or [])
     if baselines:

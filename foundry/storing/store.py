@@ -172,6 +172,10 @@ class SweepFolder:
         """The folder of the analysis. A user may delete it, because `foundry analyze` writes it anew."""
         return self.path / "analysis"
 
+    def analysis_dir_of(self, folders: int) -> Path:
+        """Return the folder of the analysis of this sweep and others, with the number of all folders."""
+        return self.analysis_dir if folders == 1 else self.path / f"analysis_of_{folders}_folders"
+
     def export_dir(self, what: str) -> Path:
         """Return the default folder of an export, such as "inspect"; it may be deleted."""
         return self.analysis_dir / "export" / what

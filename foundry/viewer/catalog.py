@@ -243,11 +243,13 @@ class CatalogedSweep:
     def _links(self) -> Iterator[dict[str, str]]:
         """Yield the reports, the plots and the tables in the sweep's folder, as far as they exist."""
         joint = sorted(self.folder.path.glob("report_of_*_folders.html"))
-        files = [self.folder.report_file, *joint, *sorted(self.folder.analysis_dir.rglob("*"))]
-        for path in files:
+        tables = [self.folder.analysis_dir, *sorted(self.folder.path.glob("analysis_of_*_folders"))]
+        files = [(path, "") for path in (self.folder.report_file, *joint)]
+        files += [(path, one.name[len("analysis") :]) for one in tables for path in sorted(one.rglob("*"))]
+        for path, folders in files:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
                 yield {
-                    "label": path.stem,
+                    "label": path.stem + folders.replace("_", " "),
                     "kind": path.suffix[1:],
                     "path": path.relative_to(self.folder.path).as_posix(),
                 }

@@ -6,6 +6,7 @@ import shutil
 import tarfile
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import zstandard
 
@@ -72,16 +73,22 @@ def test_the_report_says_what_was_declared(declared):
     assert "declared before the runs" in page
 
 
-def test_a_report_with_a_pilot_has_a_page_of_its_own_that_counts_declared_seeds(declared):
+def test_a_report_with_a_pilot_has_a_page_and_tables_of_its_own_and_counts_declared_seeds(declared, analysed):
     pilot = (*SWEEP[:2], "seed=20-22", *SWEEP[3:-1], "output.dir=pilot")
     succeeds(*pilot, cwd=declared)
-    own = declared / "out" / "report.html"
-    before = own.read_bytes() if own.exists() else b""
+    before = own_results(declared / "out")
     said = succeeds("report", "out", "pilot", cwd=declared).stdout
     joint = declared / "out" / "report_of_2_folders.html"
     assert said.startswith("report of 22 runs in out/report_of_2_folders.html; ") and "go on with" not in said
     assert " · 8 seeds declared, 3 exploratory</p>" in joint.read_text(encoding="utf-8")
-    assert (own.read_bytes() if own.exists() else b"") == before
+    assert own_results(declared / "out") == before
+    assert len(pd.read_csv(declared / "out" / "analysis_of_2_folders" / "signatures.csv")) == 22
+
+
+def own_results(folder: Path) -> dict[Path, bytes]:
+    """Return the page and the tables of a sweep alone."""
+    own = [folder / "report.html", *(folder / "analysis").rglob("*.*")]
+    return {file: file.read_bytes() for file in own if file.is_file() and file.suffix != ".sqlite"}
 
 
 def test_a_bundle_carries_the_plan_and_the_looks(declared, analysed):

@@ -74,6 +74,17 @@ def test_rows_say_how_every_run_stands_and_missing_signatures_are_null(resources
     assert ask(resources, "sweep/made-up/measure/0")["values"] == [0.25, 0.001, None, None]
 
 
+def test_the_tables_of_a_sweep_alone_and_those_with_other_sweeps_are_linked_by_different_names(tmp_path: Path):
+    made = sweep(tmp_path / "one")
+    for folders in (1, 2):
+        made.analysis_dir_of(folders).mkdir()
+        (made.analysis_dir_of(folders) / "contrasts.csv").write_text("measure\n", encoding="utf-8")
+    assert [(one["label"], one["path"]) for one in ask(Resources(made.path), "sweep/one")["links"]] == [
+        ("contrasts", "analysis/contrasts.csv"),
+        ("contrasts of 2 folders", "analysis_of_2_folders/contrasts.csv"),
+    ]
+
+
 def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_end(
     made_up: SweepFolder, monkeypatch: pytest.MonkeyPatch
 ):

@@ -126,13 +126,14 @@ def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_
     first = make_sweep([of_agents(WORLD, n, [0]) for n in (2, 6)], name="first")
     second = make_sweep([make_condition("b", [0])], name="second")
     found = analyze([first.path, second.path])
-    assert found.path == first.analysis_dir and not second.analysis_dir.exists()
+    assert found.path == first.path / "analysis_of_2_folders" and not second.analysis_dir.exists()
+    assert [file.name for file in first.analysis_dir.iterdir()] == ["measured.sqlite"]
     assert found.runs["sweep"].tolist() == ["first", "first", "second"]
     assert found.runs["world.agents"].tolist() == [2, 6, 6]
     assert found.compared.group_columns == ("model", "world.agents")
     assert found.compared.groups == [("a", "2"), ("a", "6"), ("b", "6")]
     assert "world.agents" not in set(found.comparison["measure"])
-    steps = pd.read_parquet(first.analysis_dir / "steps.parquet")
+    steps = pd.read_parquet(found.path / "steps.parquet")
     assert steps["sweep"].value_counts().to_dict() == {"first": 25 * 8, "second": 25 * 6}
 
 
