@@ -51,5 +51,5 @@ class Decisions:
 
     def only_readable(self) -> Self:
         """Return the run with only readable decisions counted."""
-        found: Self = replace(cast(Any, self), readable_only=True)
-        return found
+        copy: Self = replace(cast(Any, self), readable_only=True)
+        return copy

@@ -43,9 +43,9 @@ class Filter:
         return bool(self.only or self.without)
 
     def __str__(self) -> str:
-        told = {"only": self.only, "without": self.without}
+        kinds = {"only": self.only, "without": self.without}
         return "; ".join(
-            f"{name} {key}={','.join(values)}" for name, chosen in told.items() for key, values in chosen.items()
+            f"{name} {key}={','.join(values)}" for name, chosen in kinds.items() for key, values in chosen.items()
         )
 
     def check(self, conditions: Sequence[Condition]) -> None:
@@ -63,10 +63,10 @@ class Filter:
 
     def taken(self, results: Sequence[RunResult]) -> list[RunResult]:
         """Return the selected runs, or raise an InputError if none is left."""
-        found = [result for result in results if self.takes(result)]
-        if all(one.baseline for one in found):
+        chosen = [result for result in results if self.takes(result)]
+        if all(result.baseline for result in chosen):
             raise InputError(f"The filter '{self}' leaves none of {len(results)} runs: remove a part of it.")
-        return found
+        return chosen
 
     def takes(self, run: RunResult) -> bool:
         """Return whether a run is selected."""
@@ -88,13 +88,13 @@ class Filter:
 
 
 def _read(option: str, texts: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    found: dict[str, tuple[str, ...]] = {}
+    by_key: dict[str, tuple[str, ...]] = {}
     for text in texts:
         key, _, values = expand_ranges(text).partition("=")
         if not key or not values:
             raise InputError(f"{option} {text} does not have the form KEY=VALUE, such as model=llama3.2 or seed=0-9")
-        found[key] = (*found.get(key, ()), *values.split(","))
-    return found
+        by_key[key] = (*by_key.get(key, ()), *values.split(","))
+    return by_key
 
 
 def _values(condition: Condition, key: str) -> Sequence[Any]:

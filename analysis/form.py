@@ -211,14 +211,14 @@ def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
 
 def shipped(name: str) -> FormAnalysis | None:
     """Return the shipped analysis of a form, or None."""
-    found = in_room(f"analysis.{name}", "ANALYSIS")
-    return found if isinstance(found, FormAnalysis) else None
+    analysis = in_room(f"analysis.{name}", "ANALYSIS")
+    return analysis if isinstance(analysis, FormAnalysis) else None
 
 
 def _any() -> FormAnalysis:
-    found = shipped(ANY)
-    assert found is not None, "the package has a room for any form"
-    return found
+    analysis = shipped(ANY)
+    assert analysis is not None, "the package has a room for any form"
+    return analysis
 
 
 def _own(name: str) -> FormAnalysis | None:
@@ -235,7 +235,7 @@ def analysis_in(module: OwnModule) -> FormAnalysis | None:
     Raises:
         InputError: the module cannot be imported, or its ANALYSIS is not a FormAnalysis.
     """
-    found = getattr(module.load(), "ANALYSIS", None)
-    if found is not None and not isinstance(found, FormAnalysis):
+    analysis = getattr(module.load(), "ANALYSIS", None)
+    if analysis is not None and not isinstance(analysis, FormAnalysis):
         raise InputError(f"{module.origin}: ANALYSIS must be an analysis.form.FormAnalysis.")
-    return found
+    return analysis

@@ -17,11 +17,11 @@ def ratio(part: float, whole: float) -> float:
 
 def mean(values: Iterable[float]) -> float:
     """Return the arithmetic mean, or NaN without values."""
-    kept = values.ravel().tolist() if isinstance(values, np.ndarray) else list(values)
+    numbers = values.ravel().tolist() if isinstance(values, np.ndarray) else list(values)
     try:
-        return ratio(math.fsum(kept), len(kept))
+        return ratio(math.fsum(numbers), len(numbers))
     except OverflowError:
-        return math.fsum(one / len(kept) for one in kept)
+        return math.fsum(number / len(numbers) for number in numbers)
 
 
 def spread(values: FloatArray) -> float:
@@ -32,8 +32,8 @@ def spread(values: FloatArray) -> float:
 
 def weighted_mean(values: NDArray[Any], weights: IntArray) -> float:
     """Return the mean of values (n,) with weights (n,), ignoring values of weight 0; NaN if all weights are 0."""
-    kept = weights > 0
-    return ratio(float((values[kept] * weights[kept]).sum()), float(weights[kept].sum()))
+    weighty = weights > 0
+    return ratio(float((values[weighty] * weights[weighty]).sum()), float(weights[weighty].sum()))
 
 
 def weighted_variance(values: IntArray, weights: IntArray) -> float:
@@ -59,9 +59,9 @@ def variety(counts: ArrayLike) -> float:
     Args:
         counts: number of things of each kind, whole numbers (k,).
     """
-    found = np.asarray(counts, dtype=np.int64)
-    total = int(found.sum())
-    return 1 - ratio(float((found * (found - 1)).sum()), float(total * (total - 1)))
+    amounts = np.asarray(counts, dtype=np.int64)
+    total = int(amounts.sum())
+    return 1 - ratio(float((amounts * (amounts - 1)).sum()), float(total * (total - 1)))
 
 
 def normalised_entropy(counts: ArrayLike) -> float:
@@ -86,11 +86,11 @@ def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
 
     NaN if all counts or all weights are 0; infinite if a count is positive where its weight is 0.
     """
-    found, expected = np.asarray(counts, dtype=np.float64), np.asarray(reference, dtype=np.float64)
-    if not found.sum() or not expected.sum():
+    observed, expected = np.asarray(counts, dtype=np.float64), np.asarray(reference, dtype=np.float64)
+    if not observed.sum() or not expected.sum():
         return math.nan
-    kept = found > 0
-    p, q = (found / found.sum())[kept], (expected / expected.sum())[kept]
+    occurring = observed > 0
+    p, q = (observed / observed.sum())[occurring], (expected / expected.sum())[occurring]
     return max(0.0, float((p * np.log2(p / q)).sum())) if (q > 0).all() else math.inf
 
 

@@ -110,7 +110,7 @@ def _refused(declared: Actions, action: Action) -> str:
 
 
 def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
-    _check_ids(folder.path / MESSAGES, (one for line in messages for one in (line.sender, line.recipient)))
+    _check_ids(folder.path / MESSAGES, (agent for line in messages for agent in (line.sender, line.recipient)))
     try:
         rows = np.array([(line.step, line.sender, line.recipient) for line in messages], dtype=np.int64)
     except OverflowError as error:
@@ -121,8 +121,8 @@ def _deliveries(folder: RunFolder, messages: Sequence[Message]) -> IntArray:
 def _personas(folder: RunFolder, recorded: Sequence[Agent], greatest: int) -> tuple[Mapping[str, str], ...]:
     """Return the persona of each agent, by id, up to the greatest id in personas, decisions or messages."""
     _check_ids(folder.path, (line.agent for line in recorded))
-    found = {line.agent: line.persona for line in recorded}
-    return tuple(found.get(agent, {}) for agent in range(max([int(greatest), *found]) + 1))
+    personas = {line.agent: line.persona for line in recorded}
+    return tuple(personas.get(agent, {}) for agent in range(max([int(greatest), *personas]) + 1))
 
 
 def _check_ids(file: Path, ids: Iterable[int]) -> None:
@@ -133,8 +133,8 @@ def _check_ids(file: Path, ids: Iterable[int]) -> None:
 
 def objects(values: Iterable[Any]) -> TextArray:
     """Return values of any type as an object array."""
-    kept = list(values)
-    return np.fromiter(kept, dtype=np.object_, count=len(kept))
+    items = list(values)
+    return np.fromiter(items, dtype=np.object_, count=len(items))
 
 
 def _numbers(values: Iterable[float | None]) -> FloatArray:

@@ -121,10 +121,10 @@ def _line_type(declared: Declared) -> type[msgspec.Struct]:
 
 
 def _type_of(kind: str) -> Any:
-    found = _TYPES.get(kind.removesuffix("?"))
-    if found is None:
+    array_type = _TYPES.get(kind.removesuffix("?"))
+    if array_type is None:
         return Any
-    return found | None if kind.endswith("?") else found
+    return array_type | None if kind.endswith("?") else array_type
 
 
 _COLUMN_TYPES = {

@@ -30,8 +30,8 @@ class Decided:
     @cached_property
     def rank(self) -> IntArray:
         """For each decision, the number of earlier steps that have decisions of this kind, (n,)."""
-        found: IntArray = np.cumsum(np.diff(self.step, prepend=self.step[:1]) > 0, dtype=np.int64)
-        return found
+        moments: IntArray = np.cumsum(np.diff(self.step, prepend=self.step[:1]) > 0, dtype=np.int64)
+        return moments
 
     @property
     def steps(self) -> int:
@@ -56,9 +56,9 @@ class Decided:
         """Number of decisions with each label, (C,)."""
         return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
-    def only(self, kept: BoolArray) -> "Decided":
-        """Return the decisions for which `kept`, (n,), is true."""
-        return Decided(self.kind, self.labels, self.step[kept], self.agent[kept], self.values[kept])
+    def only(self, rows: BoolArray) -> "Decided":
+        """Return the decisions for which `rows`, (n,), is true."""
+        return Decided(self.kind, self.labels, self.step[rows], self.agent[rows], self.values[rows])
 
 
 @lru_cache(maxsize=2)
@@ -80,7 +80,7 @@ def decided(run: AnyRun) -> tuple[Decided, ...]:
 def _occurring(run: AnyRun) -> Iterator[Decided]:
     for kind in sorted(set(run.kind.tolist())):
         own = run.kind == kind
-        labels = sorted({one for one in run.action[own].tolist() if one is not None})
+        labels = sorted({label for label in run.action[own].tolist() if label is not None})
         if labels:
             yield _labels(run, kind, own, tuple(labels))
         if not np.isnan(run.number[own]).all():
@@ -89,22 +89,22 @@ def _occurring(run: AnyRun) -> Iterator[Decided]:
 
 def _labels(run: AnyRun, kind: str, own: BoolArray, labels: tuple[str, ...]) -> Decided:
     number = {label: index for index, label in enumerate(labels)}
-    codes = np.array([number.get(one, -1) for one in run.action.tolist()], dtype=np.int64)
-    kept = own & run.counted & (codes >= 0)
-    return Decided(kind, labels, run.step[kept], run.agent[kept], np.eye(len(labels))[codes[kept]])
+    codes = np.array([number.get(label, -1) for label in run.action.tolist()], dtype=np.int64)
+    counted = own & run.counted & (codes >= 0)
+    return Decided(kind, labels, run.step[counted], run.agent[counted], np.eye(len(labels))[codes[counted]])
 
 
-def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decided:
+def numbers(run: AnyRun, kind: str, own: BoolArray, given_numbers: FloatArray) -> Decided:
     """Return the counted decisions of one kind whose answer is a number.
 
     Args:
         run: the run.
         kind: the kind.
         own: which decisions are of this kind, (K,).
-        found: a number for each decision, NaN for none, (K,).
+        given_numbers: a number for each decision, NaN for none, (K,).
     """
-    kept = own & run.counted & ~np.isnan(found)
-    return Decided(kind, (), run.step[kept], run.agent[kept], found[kept][:, None])
+    counted = own & run.counted & ~np.isnan(given_numbers)
+    return Decided(kind, (), run.step[counted], run.agent[counted], given_numbers[counted][:, None])
 
 
 def beyond(ids: IntArray) -> int:

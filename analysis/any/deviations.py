@@ -46,42 +46,42 @@ class Deviations:
         return self.weights > 0
 
 
-def variance(*found: Deviations) -> float:
+def variance(*groups: Deviations) -> float:
     """Return the variance of decisions at one moment, from pairs of decisions of two agents; NaN without pairs."""
-    return ratio(sum(one.differences for one in found), sum(one.pairs for one in found))
+    return ratio(sum(part.differences for part in groups), sum(part.pairs for part in groups))
 
 
-def scaled(one: Decided) -> Decided:
+def scaled(decisions: Decided) -> Decided:
     """Return decisions with numbers scaled to -2..2 to prevent overflow; shares of variance stay the same."""
-    if one.labels:
-        return one
-    size = np.abs(one.values).max(initial=0)
-    values = one.values / size if size else one.values
-    return Decided(one.kind, one.labels, one.step, one.agent, values - values[:1])
+    if decisions.labels:
+        return decisions
+    size = np.abs(decisions.values).max(initial=0)
+    values = decisions.values / size if size else decisions.values
+    return Decided(decisions.kind, decisions.labels, decisions.step, decisions.agent, values - values[:1])
 
 
-def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
+def thirds(decisions: Decided) -> tuple[BoolArray, BoolArray]:
     """Return whether each decision is in the first, and whether it is in the last third of the steps, (n,) each.
 
     Only steps with decisions count. Both thirds have the same number of steps, at least one. With fewer than two steps,
     both are empty.
     """
-    length = max(1, one.steps // 3) if one.steps > 1 else 0
-    return one.rank < length, one.rank >= max(one.steps - length, length)
+    length = max(1, decisions.steps // 3) if decisions.steps > 1 else 0
+    return decisions.rank < length, decisions.rank >= max(decisions.steps - length, length)
 
 
-def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
+def deviations(decisions: Decided, moment: IntArray, agents: int) -> Deviations:
     """Return how far each agent deviates from the others.
 
     Args:
-        one: n decisions of one kind.
+        decisions: n decisions of one kind.
         moment: index of the moment of each decision, (n,).
         agents: number of agents, N.
     """
-    codes, cell = np.unique(moment * beyond(one.agent) + one.agent, return_inverse=True)
-    at, who = np.divmod(codes, beyond(one.agent))
+    codes, cell = np.unique(moment * beyond(decisions.agent) + decisions.agent, return_inverse=True)
+    at, who = np.divmod(codes, beyond(decisions.agent))
     # Number, sum and sum of squares of the decisions of each agent at each moment, and of all agents there.
-    own = np.column_stack([np.ones(len(cell)), one.values, (one.values**2).sum(axis=1)])
+    own = np.column_stack([np.ones(len(cell)), decisions.values, (decisions.values**2).sum(axis=1)])
     own = _sums(cell, own, len(codes))
     there = _sums(at, own, beyond(at))
     number, others = own[:, 0], there[at]
@@ -97,8 +97,8 @@ def _sums(group: IntArray, rows: FloatArray, groups: int) -> FloatArray:
     """Return, for each group, the sum of its rows, (groups, k); `group`, (n,), is the group of each row."""
     width = rows.shape[1]
     places = (group[:, None] * width + np.arange(width)).ravel()
-    found = np.bincount(places, weights=rows.ravel(), minlength=groups * width)
-    return np.asarray(found, dtype=np.float64).reshape(groups, width)
+    sums = np.bincount(places, weights=rows.ravel(), minlength=groups * width)
+    return np.asarray(sums, dtype=np.float64).reshape(groups, width)
 
 
 def _spread(totals: FloatArray) -> float:
@@ -148,15 +148,15 @@ class _Kind:
     able: BoolArray
 
 
-def lasting(found: Sequence[Decided], agents: int) -> Lasting:
-    """Return how far N agents differ through a whole run; `found` holds the decisions of each kind."""
-    kinds = [kind for one in found if (kind := _kind(scaled(one), agents)) is not None]
+def lasting(kinds_decided: Sequence[Decided], agents: int) -> Lasting:
+    """Return how far N agents differ through a whole run; `kinds_decided` holds the decisions of each kind."""
+    kinds = [kind for decisions in kinds_decided if (kind := _kind(scaled(decisions), agents)) is not None]
     if not kinds:
         return Lasting(math.nan, math.nan, 0)
     first, last = (np.hstack([getattr(kind, name) for kind in kinds]) for name in ("first", "last"))
     weights = np.sum([kind.weights for kind in kinds], axis=0)
     classes = classes_of(np.column_stack([kind.able for kind in kinds]))
-    parts = [_together(first[one], last[one], len(classes), number) for number, one in enumerate(classes)]
+    parts = [_together(first[members], last[members], len(classes), number) for number, members in enumerate(classes)]
     whole = sum(float(weights[rows].sum()) * (len(rows) - 1) / len(rows) for rows in classes)
     shuffled = np.sum(parts, axis=0)
     return Lasting(
@@ -166,9 +166,9 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
     )
 
 
-def _kind(one: Decided, agents: int) -> _Kind | None:
+def _kind(decisions: Decided, agents: int) -> _Kind | None:
     """Return the agents' deviations in one kind; None if agents never differ or fewer than two can be compared."""
-    parts = [deviations(one.only(third), one.moment[third], agents) for third in thirds(one)]
+    parts = [deviations(decisions.only(third), decisions.moment[third], agents) for third in thirds(decisions)]
     chance = variance(*parts)
     able = parts[0].able & parts[1].able
     if not chance > 0 or able.sum() < 2:

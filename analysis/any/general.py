@@ -29,12 +29,12 @@ def choices(run: AnyRun, codes: dict[str, int]) -> dict[str, Decisions]:
     chosen = np.array([codes.setdefault(str(action), len(codes)) for action in actions], dtype=np.int64)
     places = zip(run.step.tolist(), run.agent.tolist(), run.kind.tolist(), strict=True)
     asked_before = np.array([again for (_, again), _ in numbered(places, lambda place: place)], dtype=np.int64)
-    found: dict[str, Decisions] = {}
+    by_kind: dict[str, Decisions] = {}
     for kind in dict.fromkeys(run.kind.tolist()):
         own = run.kind == kind
         at = (run.step[own] - 1, run.agent[own], asked_before[own])
         shape = (int(run.step.max(initial=0)), run.agents, int(at[-1].max(initial=0)) + 1)
         choice, readable = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.bool_)
         choice[at], readable[at] = chosen[own], run.readable[own]
-        found[kind] = Decisions(choice, readable)
-    return found
+        by_kind[kind] = Decisions(choice, readable)
+    return by_kind

@@ -55,16 +55,16 @@ def measure(run: AnyRun, label: Label) -> dict[str, float]:
     """
     texts = run.labels[label.name]
     used = texts.counted if run.readable_only else np.ones(len(texts.weight), dtype=np.bool_)
-    found: dict[str, float] = {}
+    measures: dict[str, float] = {}
     for place, name in enumerate(names_of(label)):
         surrogate = np.zeros(len(used)) if texts.surrogate is None else texts.surrogate[:, place]
         alone = float(surrogate[used].mean()) if used.any() else math.nan
         if texts.is_corrected:
-            found[name] = corrected_mean(surrogate[used], texts.truth[used, place], texts.weight[used])
+            measures[name] = corrected_mean(surrogate[used], texts.truth[used, place], texts.weight[used])
         if texts.surrogate is not None:
-            found[f"{name}{UNCORRECTED}" if texts.is_corrected else name] = alone
+            measures[f"{name}{UNCORRECTED}" if texts.is_corrected else name] = alone
     labelled = int((~np.isnan(texts.truth[used, 0])).sum())
-    return {**found, "n_texts": float(used.sum()), "n_labelled": float(labelled)}
+    return {**measures, "n_texts": float(used.sum()), "n_labelled": float(labelled)}
 
 
 def applies(run: AnyRun, label: Label) -> bool:
@@ -95,15 +95,15 @@ def _surrogate(items: Iterable[Item], own: OwnLabel) -> FloatArray | None:
         said = [rule(item.text, item.context) for item in items]
     else:
         return None
-    rows = [[float(one == choice) for choice in own.label.choices] for one in said]
+    rows = [[float(label == choice) for choice in own.label.choices] for label in said]
     return np.array(rows, dtype=np.float64).reshape(len(rows), len(own.label.choices))
 
 
 def _by_people(items: list[Item], label: Label, correction: Correction | None) -> tuple[FloatArray, FloatArray]:
     truth, weight = np.full((len(items), len(label.choices)), math.nan), np.ones(len(items))
     place = {(item.step, item.agent, item.kind): number for number, item in enumerate(items)}
-    for one in correction.by_run.get(items[0].run, ()) if correction and items else ():
-        number = place[one.step, one.agent, one.kind]
-        truth[number] = [one.shares.get(choice, 0.0) for choice in label.choices]
-        weight[number] = one.weight
+    for weighed in correction.by_run.get(items[0].run, ()) if correction and items else ():
+        number = place[weighed.step, weighed.agent, weighed.kind]
+        truth[number] = [weighed.shares.get(choice, 0.0) for choice in label.choices]
+        weight[number] = weighed.weight
     return truth, weight

@@ -49,10 +49,10 @@ def classes_of(asked: BoolArray) -> list[IntArray]:
     Args:
         asked: whether each agent was asked each kind, (N, kinds).
     """
-    found: dict[tuple[bool, ...], list[int]] = {}
+    classes: dict[tuple[bool, ...], list[int]] = {}
     for agent, kinds in enumerate(map(tuple, asked.tolist())):
-        found.setdefault(kinds, []).append(agent)
-    return [np.array(members) for kinds, members in found.items() if any(kinds) and len(members) > 1]
+        classes.setdefault(kinds, []).append(agent)
+    return [np.array(members) for kinds, members in classes.items() if any(kinds) and len(members) > 1]
 
 
 @lru_cache(maxsize=8)

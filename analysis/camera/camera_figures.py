@@ -53,20 +53,20 @@ class TopDown:
     paths: tuple[CameraPath, ...]
 
 
-def draw_topdown(ax: Axes, found: TopDown) -> Axes:
+def draw_topdown(ax: Axes, top_down: TopDown) -> Axes:
     """Draw the paths: a square at the start, a star at the goal, and a large mark at the end of each path."""
     from matplotlib.patches import Circle
 
-    if len(found.shortest):
-        ax.plot(*found.shortest.T, color=style.DARK, linestyle=":", linewidth=1, label="shortest way", zorder=1.5)
-        goal = found.shortest[-1]
-        ax.add_patch(Circle((goal[0], goal[1]), found.radius, color=COLOURS[4], alpha=0.25, linewidth=0))
+    if len(top_down.shortest):
+        ax.plot(*top_down.shortest.T, color=style.DARK, linestyle=":", linewidth=1, label="shortest way", zorder=1.5)
+        goal = top_down.shortest[-1]
+        ax.add_patch(Circle((goal[0], goal[1]), top_down.radius, color=COLOURS[4], alpha=0.25, linewidth=0))
         ax.plot(*goal, marker="*", markersize=12, label="goal", **_HOLLOW)
-    ax.plot(*found.start, marker="s", markersize=9, label="start", **_HOLLOW)
-    for path in found.paths:
+    ax.plot(*top_down.start, marker="s", markersize=9, label="start", **_HOLLOW)
+    for path in top_down.paths:
         _draw_path(ax, path)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set(xlabel="x (m)", ylabel="y (m)", title=wrapped(found.title, 48))
+    ax.set(xlabel="x (m)", ylabel="y (m)", title=wrapped(top_down.title, 48))
     ax.grid(True, axis="both")
     ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.2), borderaxespad=0, ncols=1, handlelength=1.8)
     return ax
@@ -80,11 +80,11 @@ def _draw_path(ax: Axes, path: CameraPath) -> None:
     ax.plot(*path.foot[-1], marker=shape, markersize=5, color=colour, markeredgecolor="white", zorder=5)
 
 
-def topdown_figure(found: TopDown) -> Figure:
+def topdown_figure(top_down: TopDown) -> Figure:
     """Return the figure of the paths through a 3D world."""
-    below = sum(wrapped(path.shown.label, 44).count("\n") + 1 for path in found.paths) + 2
+    below = sum(wrapped(path.shown.label, 44).count("\n") + 1 for path in top_down.paths) + 2
     figure = new_figure(3.0 + 0.15 * below)
-    draw_topdown(figure.add_subplot(), found)
+    draw_topdown(figure.add_subplot(), top_down)
     return figure
 
 
@@ -102,7 +102,7 @@ class CameraFigures:
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
         """Return the pictures, one for each scene, target and start."""
-        tasks = top_downs([(one, self._runs[one]) for one in order if one in self._runs])
+        tasks = top_downs([(condition, self._runs[condition]) for condition in order if condition in self._runs])
         caption = (
             f"{example_caption(self._seed)} Paths from above. Square: start. Star: end of the shortest path to the "
             "goal (dotted). Shaded: area that counts as near. A large mark ends each path."

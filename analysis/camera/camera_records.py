@@ -49,12 +49,12 @@ class CameraRecords:
 
     def decisions(self) -> dict[str, list[Any]]:
         """Return the columns that all forms share, by name; `action` is the kind of the command, or else the answer."""
-        found = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
+        columns = self.columns(("step", "agent", "outcome", "move_bearing", "move_distance", "turn", "gaze"))
         kinds = kinds_of(
-            bearing=_filled(found.pop("move_bearing"), math.nan),
-            asked=_filled(found.pop("move_distance"), 0.0),
-            turn=_filled(found.pop("turn"), 0.0),
-            gaze=_filled(found.pop("gaze"), 0.0),
+            bearing=_filled(columns.pop("move_bearing"), math.nan),
+            asked=_filled(columns.pop("move_distance"), 0.0),
+            turn=_filled(columns.pop("turn"), 0.0),
+            gaze=_filled(columns.pop("gaze"), 0.0),
         )
         nothing: list[Any] = [None] * len(self.steps)
         asked = self._kinds()
@@ -62,7 +62,7 @@ class CameraRecords:
             COMMAND_KINDS[kind] if what == MOVE else step.command.get("answer")
             for kind, what, step in zip(kinds, asked, self.steps, strict=True)
         ]
-        return {**found, "kind": asked, "action": actions, "utility": nothing, "message": nothing}
+        return {**columns, "kind": asked, "action": actions, "utility": nothing, "message": nothing}
 
     def _kinds(self) -> list[str]:
         return [str(own.get("kind", MOVE)) for own in self.own] or [MOVE] * len(self.steps)
@@ -85,8 +85,8 @@ class CameraRecords:
             raise RecordError(f"{file}: a decision does not start at the pose where the decision before ended.")
         answers = tuple(row for row, kind in zip(self.rows(), kinds, strict=True) if kind != MOVE)
         try:
-            found = _camera_run(folder.id, self.episode, moves, poses)
-            return replace(found, facts=self.facts, answers=answers, world=folder.config()["world"])
+            camera_run = _camera_run(folder.id, self.episode, moves, poses)
+            return replace(camera_run, facts=self.facts, answers=answers, world=folder.config()["world"])
         except OverflowError as error:
             raise RecordError(f"{file} holds a number that is too large: {error}") from error
 

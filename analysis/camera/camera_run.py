@@ -115,8 +115,8 @@ class CameraRun(Decisions):
 
 def command_kinds(run: CameraRun) -> IntArray:
     """Return the kind of each command as an index into COMMAND_KINDS, (T,); an unreadable reply counts as STAY."""
-    found = kinds_of(bearing=run.bearing, asked=run.asked, turn=run.turn, gaze=run.gaze)
-    return np.asarray(np.where(run.readable, found, STAY))
+    kinds = kinds_of(bearing=run.bearing, asked=run.asked, turn=run.turn, gaze=run.gaze)
+    return np.asarray(np.where(run.readable, kinds, STAY))
 
 
 def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:

@@ -132,7 +132,7 @@ def _said(reply: str) -> str:
 
 def _statements(reply: str) -> list[str]:
     text = _TOPIC.sub("", _RELATIVE.sub(" ", _said(reply)))
-    return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
+    return [sentence for sentence in _SENTENCES.split(text) if not sentence.rstrip(" \"'*").endswith(("?", "？"))]
 
 
 def _sentence_claims(sentence: str, mention: re.Pattern[str], *, widely: bool = False) -> bool:
@@ -181,19 +181,19 @@ def _claimed(before: str, after: str) -> bool:
 
 
 def _first_cue(text: str) -> str:
-    found = _CUES.search(text)
-    return str(found.lastgroup) if found else ""
+    cue = _CUES.search(text)
+    return str(cue.lastgroup) if cue else ""
 
 
 @lru_cache(maxsize=1024)
 def _last_cue(text: str) -> str:
     """Return the kind of the last cue, or ""; for a cancelled cue of seeing, it is the kind of the cue that cancels."""
     kind, end = "", 0
-    for found in _CUES.finditer(text):
-        gap = text[end : found.start()]
+    for cue in _CUES.finditer(text):
+        gap = text[end : cue.start()]
         near = len(gap.split()) <= _NEAR_WORDS and len(gap) <= _NEAR_CHARACTERS
         taken_back = kind and kind not in (*_YES, "headed") and near
-        kind, end = (kind if taken_back and found.lastgroup in _YES else str(found.lastgroup)), found.end()
+        kind, end = (kind if taken_back and cue.lastgroup in _YES else str(cue.lastgroup)), cue.end()
     return kind
 
 

@@ -27,16 +27,16 @@ class Examples:
     doubts: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
 
-def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mapping[str, Labelling]) -> Examples:
+def examples(members: Sequence[Member], shown: Sequence[Shown], labellings: Mapping[str, Labelling]) -> Examples:
     """Read the complete runs.
 
     Raises:
         RecordError: a recorded file is damaged.
     """
-    seed = min(member.seed for member in found)
+    seed = min(member.seed for member in members)
     figures: dict[str, Figures] = {}
     doubts: dict[str, tuple[int, int]] = {}
-    for member in found:
+    for member in members:
         whole = measurable(member.folder, member.summary)
         if whole is not None:
             run = whole.form.labelled(whole.run, labellings[member.folder.id])

@@ -38,13 +38,13 @@ def agreed(values: pd.Series[float]) -> float:
 
 
 def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
-    found, column = comparison.estimates[measure, shown.group], comparison.values[shown.group][measure]
+    estimate, column = comparison.estimates[measure, shown.group], comparison.values[shown.group][measure]
     return GroupValues(
         label=shown.label,
         values=column.to_numpy(dtype=np.float64),
-        mean=found.mean,
-        low=found.low,
-        high=found.high,
+        mean=estimate.mean,
+        low=estimate.low,
+        high=estimate.high,
         index=shown.index,
         seeds=tuple(int(seed) for seed in column.index),
         baseline=shown.baseline,
@@ -72,14 +72,14 @@ def _pair(row: Mapping[Any, Any], names: Mapping[str, str]) -> Pair:
     )
 
 
-def fingerprint_map(found: Fingerprint) -> FingerprintMap:
+def fingerprint_map(fingerprint: Fingerprint) -> FingerprintMap:
     """Return a fingerprint with the groups sorted as in its dendrogram, in which similar groups are neighbours."""
-    levels = [str(level) for level in found.levels]
-    order, merges = dendrogram(found.linkage, found.support, len(levels))
-    values = found.z.to_numpy(dtype=np.float64)[order]
+    levels = [str(level) for level in fingerprint.levels]
+    order, merges = dendrogram(fingerprint.linkage, fingerprint.support, len(levels))
+    values = fingerprint.z.to_numpy(dtype=np.float64)[order]
     return FingerprintMap(
         labels=tuple(levels[index] for index in order),
-        measures=tuple(str(measure) for measure in found.measures),
+        measures=tuple(str(measure) for measure in fingerprint.measures),
         z=values.T,
         merges=tuple(merges),
     )
@@ -103,10 +103,12 @@ def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[
     height = dict.fromkeys(range(count), 0.0)
     merges = []
     for number, (left, right, distance, _) in enumerate(np.asarray(linkage, dtype=float).tolist()):
-        one, other = int(left), int(right)
+        first, other = int(left), int(right)
         merges.append(
-            Merge(place[one], place[other], height[one], height[other], distance, float(np.asarray(support)[number]))
+            Merge(
+                place[first], place[other], height[first], height[other], distance, float(np.asarray(support)[number])
+            )
         )
-        place[count + number] = (place[one] + place[other]) / 2
+        place[count + number] = (place[first] + place[other]) / 2
         height[count + number] = distance
     return order, merges

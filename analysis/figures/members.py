@@ -54,7 +54,7 @@ def members(
     runs: pd.DataFrame, groups: pd.DataFrame, shown: Sequence[Shown], folders: Mapping[str, RunFolder]
 ) -> list[Member]:
     """Return every run with its group, in the order of the runs."""
-    known = {one.group: one for one in shown}
+    known = {condition.group: condition for condition in shown}
     columns = (runs[name].tolist() for name in ("run", "seed", "status"))
     return [
         Member(folders[run], known[key], int(seed), str(status), folders[run].summary())

@@ -48,11 +48,11 @@ def every_picture(
     comparison: Comparison,
     contrasts: pd.DataFrame,
     validation: pd.DataFrame,
-    found: Fingerprint,
+    fingerprint: Fingerprint,
 ) -> list[Picture]:
     """Return the fingerprint, and the means and paired differences of every signature."""
     shown = shown_groups(comparison)
-    pictures = [fingerprint_picture(found)]
+    pictures = [fingerprint_picture(fingerprint)]
     for name in comparison.headlines:
         pictures.append(means_picture(comparison, shown, name, validation))
         pictures.append(forest_picture(contrasts, comparison, shown, name))
@@ -61,7 +61,7 @@ def every_picture(
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
     """Return the letters that stand for compared groups and contexts in every plot of differences."""
-    ordered = dict.fromkeys(part for one in shown for part in one.group)
+    ordered = dict.fromkeys(part for condition in shown for part in condition.group)
     named = {*contrasts["reference"], *contrasts["level"]}
     contexts = [context for context in dict.fromkeys(map(str, contrasts["context"])) if context]
     return keys([*(part for part in ordered if part in named), *contexts])
@@ -101,8 +101,8 @@ def forest_picture(
     measures = comparison.headlines[signature][:MOST_PANELS]
     rows = contrasts[contrasts["measure"].isin(measures)]
     names = letters_of(rows, shown)
-    found = [(comparison.describe(measure).label, pairs_of(rows, measure, names)) for measure in measures]
-    contents = [(title, pairs) for title, pairs in found if pairs]
+    panels = [(comparison.describe(measure).label, pairs_of(rows, measure, names)) for measure in measures]
+    contents = [(title, pairs) for title, pairs in panels if pairs]
     if not contents:
         return None
     title = f"{signature}: paired differences"
@@ -119,11 +119,11 @@ class Standardised:
     z: float
 
 
-def fingerprint_picture(found: Fingerprint) -> Picture | None:
+def fingerprint_picture(fingerprint: Fingerprint) -> Picture | None:
     """Return the heatmap of the standardised means; None with fewer than two groups, or without values."""
-    if len(found.levels) < 2 or not found.measures:
+    if len(fingerprint.levels) < 2 or not fingerprint.measures:
         return None
-    shown = fingerprint_map(found)
+    shown = fingerprint_map(fingerprint)
     caption = (
         "Means of the headline measures, standardised over all runs of the groups. Rows are measures, and columns are "
         "groups. The tree joins similar groups (average linkage). Each percentage says in how many resamples of the "

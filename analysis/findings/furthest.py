@@ -50,10 +50,10 @@ def furthest(
         if member.complete and not member.shown.baseline:
             by_group.setdefault(member.shown.group, []).append(place)
     known = (measure for measure in measures if measure in table)
-    far = [one for measure in known for one in _of_measure(measure, compared, members, table, by_group)]
+    far = [far_run for measure in known for far_run in _of_measure(measure, compared, members, table, by_group)]
     by_run: dict[str, FarRun] = {}
-    for one in sorted(far, key=lambda one: -one.distance):
-        by_run.setdefault(one.run, one)
+    for far_run in sorted(far, key=lambda far_run: -far_run.distance):
+        by_run.setdefault(far_run.run, far_run)
     return tuple(by_run.values())[:MOST]
 
 
@@ -72,14 +72,14 @@ def _of_measure(
     if squares == 0:
         return []
     spread, label = math.sqrt(squares / freedom), compared.describe(measure).label
-    found = []
+    far_runs = []
     for places in groups:
         mean = float(values[places].mean())
         for place in places.tolist():
             value, average = rounded([values[place], mean])
             distance = float(abs(values[place] - mean)) / spread
-            found.append(FarRun(members[place].folder.id, measure, label, value, average, round(distance, 2)))
-    return found
+            far_runs.append(FarRun(members[place].folder.id, measure, label, value, average, round(distance, 2)))
+    return far_runs
 
 
 def write_overview(folder: Path, matrix: Matrix, far: Sequence[FarRun]) -> Path:

@@ -174,7 +174,7 @@ def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]
     words = [own.own_words(key) for own in lines]
     if not any(words):
         return ""
-    texts = [_without(one.messages, own) for one, own in zip((call, other), words, strict=True)]
+    texts = [_without(one_call.messages, own) for one_call, own in zip((call, other), words, strict=True)]
     return ALL_BUT_OWN_WORDS if texts[0] == texts[1] else ""
 
 

@@ -70,7 +70,9 @@ class Runs:
             typical = f"in the typical runs of {counted(len(seeds), 'seed')}"
             return (), f"{typical}, it never happened that {event} after equal prompts"
         by_seed: dict[int, Moment] = {}
-        for moment in sorted(sought, key=lambda one: (one.step, one.seed, one.agent, one.level_run, one.reference_run)):
+        for moment in sorted(
+            sought, key=lambda moment: (moment.step, moment.seed, moment.agent, moment.level_run, moment.reference_run)
+        ):
             by_seed.setdefault(moment.seed, moment)
         return tuple(by_seed.values())[:MOST_MOMENTS], ""
 

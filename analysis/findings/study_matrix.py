@@ -99,10 +99,17 @@ def matrix(
     """Return the matrix of groups by worlds, or, with only one world, by the first MOST_MEASURES measures."""
     worlds = _worlds(members)
     names = list(dict.fromkeys(worlds.values()))
-    keys = _row_keys(compared.group_columns, [one for one in shown if not one.baseline], several=len(names) > 1)
+    keys = _row_keys(
+        compared.group_columns, [condition for condition in shown if not condition.baseline], several=len(names) > 1
+    )
     if len(names) > 1:
         columns = [
-            _of_world(world, compared, {one: key for one, key in keys.items() if worlds.get(one) == world}, validation)
+            _of_world(
+                world,
+                compared,
+                {condition: key for condition, key in keys.items() if worlds.get(condition) == world},
+                validation,
+            )
             for world in names
         ]
     else:
@@ -116,7 +123,7 @@ def matrix(
         tuple(
             MatrixRow(
                 labels[group_label(key)],
-                tuple(one.group for one, own in keys.items() if own == key),
+                tuple(condition.group for condition, own in keys.items() if own == key),
                 tuple(column[row] for column in cells),
             )
             for row, key in enumerate(rows)
@@ -141,11 +148,14 @@ def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) 
 
     With several worlds, the world is left out, and also the prompt if every world has only one prompt.
     """
-    known = {one: dict(zip(columns, one.group, strict=True)) for one in shown}
+    known = {condition: dict(zip(columns, condition.group, strict=True)) for condition in shown}
     pairs = {(own.get("world"), own.get("prompt")) for own in known.values()}
     with_world = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
     left_out = with_world if several else frozenset()
-    return {one: tuple(value for name, value in own.items() if name not in left_out) for one, own in known.items()}
+    return {
+        condition: tuple(value for name, value in own.items() if name not in left_out)
+        for condition, own in known.items()
+    }
 
 
 def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
@@ -166,20 +176,28 @@ def _of_measure(measure: str, compared: Comparison, keys: Mapping[Shown, Group],
 
 def _estimates(measure: str, compared: Comparison, keys: Mapping[Shown, Group]) -> dict[Group, Estimate]:
     return {
-        key: compared.estimates[measure, one.group]
-        for one, key in keys.items()
-        if (measure, one.group) in compared.estimates
+        key: compared.estimates[measure, condition.group]
+        for condition, key in keys.items()
+        if (measure, condition.group) in compared.estimates
     }
 
 
 def _cells(column: _Column, rows: Sequence[Group]) -> list[MatrixCell]:
-    known = {key: one for key, one in column.estimates.items() if not math.isnan(one.mean)}
-    texts = dict(zip(known, with_intervals([(one.mean, one.low, one.high) for one in known.values()]), strict=True))
+    known = {key: estimate for key, estimate in column.estimates.items() if not math.isnan(estimate.mean)}
+    texts = dict(
+        zip(
+            known,
+            with_intervals([(estimate.mean, estimate.low, estimate.high) for estimate in known.values()]),
+            strict=True,
+        )
+    )
     greatest, least = (pick(known, key=lambda key: known[key].mean, default=None) for pick in (max, min))
     parted = greatest is not None and least is not None and known[least].high < known[greatest].low
     ends = {greatest: "greatest", least: "least"} if parted else {}
     absent = column.head.label if not column.estimates else "not measured"
-    cells = {key: MatrixCell(texts[key], _reach(one.mean, column), ends.get(key, "")) for key, one in known.items()}
+    cells = {
+        key: MatrixCell(texts[key], _reach(estimate.mean, column), ends.get(key, "")) for key, estimate in known.items()
+    }
     return [cells.get(key, MatrixCell(absent)) for key in rows]
 
 

@@ -58,23 +58,23 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
 
     text = in_plain_marks(text)
     try:
-        found = json_repair.loads(text, skip_json_loads=True)
+        value = json_repair.loads(text, skip_json_loads=True)
     except Exception:  # noqa: BLE001 - the boundary: the library's own assertions fail at times, and then nothing is known
         return None
-    if not isinstance(found, dict):
+    if not isinstance(value, dict):
         return None
-    names = list(_names(found))
+    names = list(_names(value))
     named = [(key, match.end()) for match in _KEY.finditer(text) if (key := key_of(match[1] or match[2])) is not None]
     held = Counter(key for name in names if (key := key_of(name)) is not None)
     if any(_STRANGE.search(name) for name in names) or held != Counter(key for key, _ in named):
         return None
     if named and not _is_closed(text[named[-1][1] :].lstrip()):
-        found = _with_unfinished(found, named[-1][0], key_of)
-    return Mended(found)
+        value = _with_unfinished(value, named[-1][0], key_of)
+    return Mended(value)
 
 
 def _is_small(text: str) -> bool:
-    brackets, quotes = (sum(text.count(one) for one in kind) for kind in ("{[(", "\"'“”"))
+    brackets, quotes = (sum(text.count(sign) for sign in kind) for kind in ("{[(", "\"'“”"))
     return len(text) <= LONGEST and brackets <= MOST_BRACKETS and quotes <= MOST_QUOTES
 
 
@@ -107,8 +107,8 @@ def in_plain_marks(text: str) -> str:
 def _names(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
         yield from value
-    for one in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
-        yield from _names(one)
+    for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _names(inner)
 
 
 def _is_closed(rest: str) -> bool:
@@ -121,10 +121,10 @@ def _is_closed(rest: str) -> bool:
 
 def _with_unfinished(value: Any, open_key: str, key_of: KeyOf) -> Any:
     if isinstance(value, list):
-        return [_with_unfinished(one, open_key, key_of) for one in value]
+        return [_with_unfinished(item, open_key, key_of) for item in value]
     if not isinstance(value, dict):
         return value
     return {
-        name: Unfinished() if key_of(name) == open_key else _with_unfinished(one, open_key, key_of)
-        for name, one in value.items()
+        name: Unfinished() if key_of(name) == open_key else _with_unfinished(inner, open_key, key_of)
+        for name, inner in value.items()
     }

@@ -42,10 +42,10 @@ _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
 
 def merged(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     """Return the pairs as a dict; it is marked as conflicting if a key occurs with different values."""
-    found = dict(pairs)
-    if len(found) == len(pairs) or all(found[key] == value for key, value in pairs):
-        return found
-    return Conflicting(found)
+    fields = dict(pairs)
+    if len(fields) == len(pairs) or all(fields[key] == value for key, value in pairs):
+        return fields
+    return Conflicting(fields)
 
 
 def _refuse(constant: str) -> NoReturn:
@@ -61,8 +61,8 @@ def whole_object(text: str) -> dict[str, Any] | None:
     text = text.strip()
     if not text.startswith("{"):
         return None
-    found = _decode(_STRICT, text, 0)
-    return found.value if found is not None and found.end == len(text) else None
+    decoded = _decode(_STRICT, text, 0)
+    return decoded.value if decoded is not None and decoded.end == len(text) else None
 
 
 def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
@@ -79,10 +79,10 @@ def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
         start = starts.search(text, position) if position is not None else None
         if start is None:
             return objects
-        found = _decode(_LENIENT, text, start.start()) or _decode_loosely(text, start.start())
-        if found is not None:
-            objects.append(found.value)
-            position = found.end
+        decoded = _decode(_LENIENT, text, start.start()) or _decode_loosely(text, start.start())
+        if decoded is not None:
+            objects.append(decoded.value)
+            position = decoded.end
             continue
         position = _end_of_braces(text, start.start())
         if mend is not None:
@@ -92,7 +92,7 @@ def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
 
 def without_thinking(text: str) -> str:
     """Return the text without thinking between tags such as `<think>`, even if one of the two tags is missing."""
-    kept: list[str] = []
+    outside: list[str] = []
     thinking = False
     for part in _THINK.split(text):
         tag = part.lower()
@@ -100,11 +100,11 @@ def without_thinking(text: str) -> str:
             thinking = True
         elif tag in _CLOSING:
             if not thinking:  # the opening tag was part of the prompt
-                kept.clear()
+                outside.clear()
             thinking = False
         elif not thinking:
-            kept.append(part)
-    return "".join(kept)
+            outside.append(part)
+    return "".join(outside)
 
 
 def _decode(decoder: json.JSONDecoder, text: str, start: int) -> _Found | None:
@@ -135,8 +135,8 @@ def _decode_loosely(text: str, start: int) -> _Found | None:
                 parts.pop()
         parts.append(_as_json(token))
         if depth == 0:
-            found = _decode(_LENIENT, " ".join(parts), 0)
-            return None if found is None else _Found(found.value, position)
+            decoded = _decode(_LENIENT, " ".join(parts), 0)
+            return None if decoded is None else _Found(decoded.value, position)
     return None
 
 

@@ -54,18 +54,18 @@ def measure(run: AnyRun) -> dict[str, float]:
     return found
 
 
-def _labels(one: Decided, suffix: str, declared: bool) -> dict[str, float]:
-    total = len(one.step)
-    names = [f"share{suffix}_{label}" for label in one.labels] if declared else []
+def _labels(decisions: Decided, suffix: str, declared: bool) -> dict[str, float]:
+    total = len(decisions.step)
+    names = [f"share{suffix}_{label}" for label in decisions.labels] if declared else []
     return {
-        **{name: ratio(int(count), total) for name, count in zip(names, one.counts, strict=False)},
-        "variety": variety(one.counts),
-        "entropy": normalised_entropy(one.counts) if declared else math.nan,
-        "bits": entropy(one.counts),
+        **{name: ratio(int(count), total) for name, count in zip(names, decisions.counts, strict=False)},
+        "variety": variety(decisions.counts),
+        "entropy": normalised_entropy(decisions.counts) if declared else math.nan,
+        "bits": entropy(decisions.counts),
         "n_actions": float(total),
     }
 
 
-def _numbers(one: Decided) -> dict[str, float]:
-    numbers = one.values[:, 0]
+def _numbers(decisions: Decided) -> dict[str, float]:
+    numbers = decisions.values[:, 0]
     return {"mean": mean(numbers), "sd": spread(numbers), "n_actions": float(len(numbers))}

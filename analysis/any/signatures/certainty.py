@@ -76,19 +76,23 @@ def measure(run: AnyRun) -> dict[str, float]:
     variation) is left out of expected and beyond_draws. NaN without decisions. Denominators: n_told, n_low, n_expected,
     n_right (with a right decision).
     """
-    told = list(_told(run))
+    decisions = list(_told(run))
     knows_truth = run.probabilities is not None and run.probabilities.knows_truth
-    kept = [one for one in told if one.found.covered >= LEAST_COVERED]
-    drawn = [one for one in kept if one.found.error <= GREATEST_ERROR]
+    covered = [decision for decision in decisions if decision.found.covered >= LEAST_COVERED]
+    drawn = [decision for decision in covered if decision.found.error <= GREATEST_ERROR]
     return {
-        "probability": mean(one.found.probability for one in kept),
-        "entropy": mean(one.found.entropy / math.log2(len(one.found.shares)) for one in kept),
-        "covered": mean(one.found.covered for one in told),
+        "probability": mean(decision.found.probability for decision in covered),
+        "entropy": mean(decision.found.entropy / math.log2(len(decision.found.shares)) for decision in covered),
+        "covered": mean(decision.found.covered for decision in decisions),
         **_expected(run, drawn),
-        "beyond_draws": mean(_beyond_draws(one.found) for one in drawn),
-        **(_calibration([one for one in kept if one.right in one.found.shares]) if knows_truth else {}),
-        "n_told": float(len(kept)),
-        "n_low": float(len(told) - len(kept)),
+        "beyond_draws": mean(_beyond_draws(decision.found) for decision in drawn),
+        **(
+            _calibration([decision for decision in covered if decision.right in decision.found.shares])
+            if knows_truth
+            else {}
+        ),
+        "n_told": float(len(covered)),
+        "n_low": float(len(decisions) - len(covered)),
         "n_expected": float(len(drawn)),
     }
 
@@ -106,35 +110,39 @@ def _told(run: AnyRun) -> Iterator[_Told]:
     if run.probabilities is None:
         return
     for number in np.flatnonzero(run.counted).tolist():
-        found = run.probabilities.told[number]
-        if found is not None and len(found.shares) > 1:
-            yield _Told(run.kind[number], found, run.probabilities.truth[number])
+        certainty = run.probabilities.told[number]
+        if certainty is not None and len(certainty.shares) > 1:
+            yield _Told(run.kind[number], certainty, run.probabilities.truth[number])
 
 
 def _expected(run: AnyRun, drawn: list[_Told]) -> dict[str, float]:
     declared = {kind: actions.labels for kind, actions in run.declared.actions.items()}
     return {
         f"expected_{kind}_{label}" if len(declared) > 1 else f"expected_{label}": mean(
-            one.found.expected[label] for one in drawn if one.kind == kind
+            decision.found.expected[label] for decision in drawn if decision.kind == kind
         )
         for kind, labels in declared.items()
         for label in labels
     }
 
 
-def _beyond_draws(found: Certainty) -> float:
-    return found.expected[found.decided] - math.fsum(share**2 for share in found.expected.values())
+def _beyond_draws(certainty: Certainty) -> float:
+    return certainty.expected[certainty.decided] - math.fsum(share**2 for share in certainty.expected.values())
 
 
-def _calibration(told: list[_Told]) -> Mapping[str, float]:
+def _calibration(decisions: list[_Told]) -> Mapping[str, float]:
     return {
         "brier": mean(
-            math.fsum((share - (label == one.right)) ** 2 for label, share in one.found.shares.items()) for one in told
+            math.fsum((share - (label == decision.right)) ** 2 for label, share in decision.found.shares.items())
+            for decision in decisions
         ),
-        "overconfidence": mean(max(one.found.shares.values()) - (_likeliest(one.found) == one.right) for one in told),
-        "n_right": float(len(told)),
+        "overconfidence": mean(
+            max(decision.found.shares.values()) - (_likeliest(decision.found) == decision.right)
+            for decision in decisions
+        ),
+        "n_right": float(len(decisions)),
     }
 
 
-def _likeliest(found: Certainty) -> str:
-    return max(found.shares, key=lambda label: found.shares[label])
+def _likeliest(certainty: Certainty) -> str:
+    return max(certainty.shares, key=lambda label: certainty.shares[label])

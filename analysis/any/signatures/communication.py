@@ -53,12 +53,12 @@ def measure(run: AnyRun) -> dict[str, float]:
     texts, by_agent = run.said[spoke].tolist(), np.bincount(run.agent[spoke], minlength=run.agents)
     moments = np.unique(_cells(run, run.step, run.agent)[run.counted])
     speaking = np.isin(moments, _cells(run, run.step, run.agent)[spoke])
-    told = np.isin(moments, _cells(run, run.deliveries[:, 0] + 1, run.deliveries[:, 2]))
+    has_received = np.isin(moments, _cells(run, run.deliveries[:, 0] + 1, run.deliveries[:, 2]))
     deliveries = int(np.isin(_cells(run, run.deliveries[:, 0], run.deliveries[:, 1]), moments[speaking]).sum())
     present = np.bincount(run.agent[run.counted], minlength=run.agents) > 0
     return {
         "rate": mean(speaking),
-        "reply_rate": mean(speaking[told]),
+        "reply_rate": mean(speaking[has_received]),
         "silent_share": mean(by_agent[present] == 0),
         "gini": gini(by_agent),
         "audience": ratio(deliveries, len(texts)),
@@ -68,7 +68,7 @@ def measure(run: AnyRun) -> dict[str, float]:
         "n_messages": float(len(texts)),
         "n_deliveries": float(deliveries),
         "n_decisions": float(len(moments)),
-        "n_after_one": float(told.sum()),
+        "n_after_one": float(has_received.sum()),
         "n_agents": float(present.sum()),
     }
 

@@ -49,8 +49,8 @@ def measure(run: AnyRun) -> dict[str, float]:
     All measures are 0 or above, and NaN if the run does not record them. Denominator: n_decisions.
     """
     unknown = dict.fromkeys(MEASURES, math.nan)
-    found = unknown if run.totals is None else _costs(run.totals, run.wall_s, run.decisions)
-    return {**found, "n_decisions": float(run.decisions)}
+    measures = unknown if run.totals is None else _costs(run.totals, run.wall_s, run.decisions)
+    return {**measures, "n_decisions": float(run.decisions)}
 
 
 def _costs(counts: Counts, wall_s: float, decisions: int) -> dict[str, float]:

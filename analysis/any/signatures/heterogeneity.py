@@ -51,5 +51,5 @@ def measure(run: AnyRun) -> dict[str, float]:
     Source: Snedecor and Cochran 1967 for the variance between groups; Pitman 1937 for the shuffles. The thirds and the
     comparison within a moment are new in foundry.
     """
-    found = lasting(decided(run), run.agents)
-    return {"beyond_shuffled": found.share, "p": found.p, "n_agents": float(found.agents)}
+    differences = lasting(decided(run), run.agents)
+    return {"beyond_shuffled": differences.share, "p": differences.p, "n_agents": float(differences.agents)}

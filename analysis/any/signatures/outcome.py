@@ -40,12 +40,12 @@ def measure(run: AnyRun) -> dict[str, float]:
     NaN without such calls. Denominators: n_decisions (action calls), n_message_decisions (message calls).
     """
     acting = np.isin(run.kind, list(run.declared.actions or set(run.kind.tolist())))
-    found = {**outcome_shares(run.outcome[acting]), "n_decisions": float(acting.sum())}
+    measures = {**outcome_shares(run.outcome[acting]), "n_decisions": float(acting.sum())}
     if run.talks:
         messages = outcome_shares(run.outcome[~acting])
-        found |= {f"message_{name}": value for name, value in messages.items()}
-        found["n_message_decisions"] = float((~acting).sum())
-    return found
+        measures |= {f"message_{name}": value for name, value in messages.items()}
+        measures["n_message_decisions"] = float((~acting).sum())
+    return measures
 
 
 def outcome_shares(outcomes: IntArray) -> dict[str, float]:

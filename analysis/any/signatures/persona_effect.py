@@ -43,11 +43,11 @@ class Means:
     classes: tuple[IntArray, ...]
 
 
-def means(found: Sequence[Decided], agents: int) -> Means:
+def means(kinds_decided: Sequence[Decided], agents: int) -> Means:
     """Return how far each of N agents deviates from the others; a kind with more decisions weighs more."""
     values, able, counts = [], [], []
-    for one in map(scaled, found):
-        whole = deviations(one, one.moment, agents)
+    for decisions in map(scaled, kinds_decided):
+        whole = deviations(decisions, decisions.moment, agents)
         chance = variance(whole)
         if chance > 0:
             # The mean at a moment includes an agent's own decisions, so the agent seems nearer to it than it is.
@@ -55,7 +55,7 @@ def means(found: Sequence[Decided], agents: int) -> Means:
             means_of = np.divide(sums, whole.weights[:, None], out=np.zeros_like(sums), where=is_able)
             values.append(means_of / np.sqrt(chance))
             able.append(whole.able)
-            counts.append(np.where(whole.able, np.bincount(one.agent, minlength=agents), 0))
+            counts.append(np.where(whole.able, np.bincount(decisions.agent, minlength=agents), 0))
     if not values:
         return Means(np.zeros((agents, 0)), ())
     classes = tuple(classes_of(np.column_stack(able)))
@@ -79,7 +79,8 @@ def effect(of: Means, groups: Mapping[int, str]) -> Effect:
         return Effect(math.nan, math.nan)
     free = sum(len(part.values) for part in parts) - len(parts)
     shuffled = np.sum(
-        [over_shuffles(one.between, len(parts), number, len(one.values)) for number, one in enumerate(parts)], axis=0
+        [over_shuffles(group.between, len(parts), number, len(group.values)) for number, group in enumerate(parts)],
+        axis=0,
     )
     return Effect(float(shuffled[0]) / free, p_value(shuffled))
 
@@ -112,9 +113,9 @@ class _Grouped:
         """
         starts = np.concatenate(([0], np.cumsum(self.sizes)[:-1]))
         sums = np.add.reduceat(self.values[orders], starts, axis=1)
-        found = (sums**2 / self.sizes[:, None]).sum(axis=(1, 2))
+        sums_of_squares = (sums**2 / self.sizes[:, None]).sum(axis=(1, 2))
         by_chance = (len(self.sizes) - 1) / (len(self.values) - 1)
-        return np.asarray((found - by_chance * float((self.values**2).sum())) / (1 - by_chance))
+        return np.asarray((sums_of_squares - by_chance * float((self.values**2).sum())) / (1 - by_chance))
 
 
 def _sorted(values: FloatArray, groups: Sequence[str]) -> _Grouped:
@@ -166,9 +167,9 @@ def measure(run: AnyRun) -> dict[str, float]:
     """
     did = means(decided(run), run.agents)
     named = {agent for members in did.classes for agent in members.tolist() if run.personas[agent]}
-    found = {"n_agents": float(len(named))}
+    measures = {"n_agents": float(len(named))}
     for attribute in dict.fromkeys(name for persona in run.personas for name in persona):
         groups = {agent: persona[attribute] for agent, persona in enumerate(run.personas) if attribute in persona}
         one = effect(did, groups)
-        found |= {attribute: one.share, f"p_{attribute}": one.p}
-    return found
+        measures |= {attribute: one.share, f"p_{attribute}": one.p}
+    return measures

@@ -74,7 +74,7 @@ def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolA
 
 
 def _has_action(run: AnyRun) -> BoolArray:
-    return np.array([one is not None for one in run.action.tolist()], dtype=np.bool_) | ~np.isnan(run.number)
+    return np.array([action is not None for action in run.action.tolist()], dtype=np.bool_) | ~np.isnan(run.number)
 
 
 def _actions(run: AnyRun) -> IntArray:

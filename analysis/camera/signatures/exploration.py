@@ -31,13 +31,13 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     Denominators: n_states (of gyration_m), n_cells, n_visited.
     """
-    kept = np.concatenate([[True], run.counted])
+    counted = np.concatenate([[True], run.counted])
     visited = int(run.visited[-1:].sum())
     return {
         "coverage": ratio(visited, run.episode.walkable_cells) if run.decisions else math.nan,
         "path_length": run.path_length,
-        "gyration_m": math.sqrt(float(run.foot[kept].var(axis=0).sum())),
-        "n_states": float(kept.sum()),
+        "gyration_m": math.sqrt(float(run.foot[counted].var(axis=0).sum())),
+        "n_states": float(counted.sum()),
         "n_cells": float(run.episode.walkable_cells),
         "n_visited": float(visited),
     }

@@ -64,11 +64,11 @@ def walked(path: FloatArray, ends: FloatArray) -> int:
         path: corners of the walked path, (n, 2).
         ends: ends of the legs, in order, (k, 2).
     """
-    for found, end in enumerate(ends):
+    for walked, end in enumerate(ends):
         nearest = _nearest(path, end)
         near = np.flatnonzero(np.hypot(*(end - nearest).T) <= REACHED_M)
         if not near.size:
-            return found
+            return walked
         path = np.concatenate([nearest[near[:1]], path[near[0] + 1 :]])
     return len(ends)
 

@@ -55,26 +55,26 @@ def measure(run: CameraRun) -> dict[str, float]:
     Each measure is NaN without questions of its kind. Denominators: n_questions, n_distances.
     """
     counted = [answer for answer in run.answers if not run.readable_only or _is_read(answer)]
-    chosen = [one for one in counted if one["kind"] != DISTANCE]
-    far = [one for one in counted if one["kind"] == DISTANCE and _is_read(one)]
+    chosen = [answer for answer in counted if answer["kind"] != DISTANCE]
+    far = [answer for answer in counted if answer["kind"] == DISTANCE and _is_read(answer)]
     kinds = [kind for kind in run.world.get("questions", ()) if kind != DISTANCE]
-    found = {"above_chance": _accuracy(chosen) - _chance(chosen)}
-    found |= {"accuracy": _accuracy(chosen), "chance": _chance(chosen)}
+    measures = {"above_chance": _accuracy(chosen) - _chance(chosen)}
+    measures |= {"accuracy": _accuracy(chosen), "chance": _chance(chosen)}
     for kind in kinds:
-        own = [one for one in chosen if one["kind"] == kind]
-        found |= {f"accuracy_{kind}": _accuracy(own), f"chance_{kind}": _chance(own)}
-    errors = [abs(float(one["answer"]) - float(one["truth"])) for one in far]
+        own = [answer for answer in chosen if answer["kind"] == kind]
+        measures |= {f"accuracy_{kind}": _accuracy(own), f"chance_{kind}": _chance(own)}
+    errors = [abs(float(answer["answer"]) - float(answer["truth"])) for answer in far]
     return {
-        **found,
+        **measures,
         "distance_error": mean(errors),
-        "distance_relative": mean([error / one["scale"] for error, one in zip(errors, far, strict=True)]),
+        "distance_relative": mean([error / answer["scale"] for error, answer in zip(errors, far, strict=True)]),
         "n_questions": float(len(chosen)),
         "n_distances": float(len(far)),
     }
 
 
-def _is_read(one: Mapping[str, Any]) -> bool:
-    return one["answer"] is not None
+def _is_read(answer: Mapping[str, Any]) -> bool:
+    return answer["answer"] is not None
 
 
 def _accuracy(answers: Sequence[Mapping[str, Any]]) -> float:

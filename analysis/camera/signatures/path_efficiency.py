@@ -111,9 +111,9 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     Denominators: n_decisions, n_episodes (1 with a target, else 0).
     """
-    found = _camera_measures(run)
+    measures = _camera_measures(run)
     return {
-        **(found if run.has_target else dict.fromkeys(found, math.nan)),
+        **(measures if run.has_target else dict.fromkeys(measures, math.nan)),
         "n_decisions": float(run.counted.sum()),
         "n_episodes": float(run.has_target),
     }

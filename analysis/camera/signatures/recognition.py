@@ -98,20 +98,20 @@ def measure(run: CameraRun) -> dict[str, float]:
     2023 (yes/no probing: accuracy, f1, claim_rate).
     """
     answered = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
-    told = _told(run)
-    replies = run.replies[told].tolist()
+    replied = _told(run)
+    replies = run.replies[replied].tolist()
     claimed = _claimed(run, replies)
     visible: BoolArray = run.target_px >= VISIBLE_PX
     stays = run.stay & run.readable & run.counted
-    found = agreement(claimed, visible[told])
-    found["false_stop"] = ratio(int((stays & ~visible).sum()), int(stays.sum()))
+    measures = agreement(claimed, visible[replied])
+    measures["false_stop"] = ratio(int((stays & ~visible).sum()), int(stays.sum()))
     return {
-        **(found if run.has_target else dict.fromkeys(found, math.nan)),
-        **_of_things(run, told, replies),
+        **(measures if run.has_target else dict.fromkeys(measures, math.nan)),
+        **_of_things(run, replied, replies),
         "n_claims": float(claimed.sum()),
-        "n_visible": float(visible[told].sum()),
-        "n_replies": float(told.sum()),
-        "n_unlabelled": float((answered & ~told).sum()),
+        "n_visible": float(visible[replied].sum()),
+        "n_replies": float(replied.sum()),
+        "n_unlabelled": float((answered & ~replied).sum()),
         "n_stays": float(stays.sum()),
         "n_decisions": float(run.counted.sum()),
     }
@@ -122,19 +122,19 @@ def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
 
     Shares of replies are means of labels. Measures with claims in their denominator have no correction.
     """
-    told = _told(run)
+    replied = _told(run)
     if not run.has_target:
         return {}
     asked = {int(row["step"]) for row in run.answers}
     steps = [step for step in range(1, run.decisions + len(asked) + 1) if step not in asked]
     place = {step: number for number, step in enumerate(steps)}
     truth, weight = np.full(run.decisions, math.nan), np.ones(run.decisions)
-    for one in (one for one in correction.by_run.get(run.id, ()) if one.step in place):
-        truth[place[one.step]] = one.shares.get(correction.label.choices[0], 0.0)
-        weight[place[one.step]] = one.weight
-    claimed = _claimed(run, run.replies[told].tolist()).astype(np.float64)
+    for weighed in (weighed for weighed in correction.by_run.get(run.id, ()) if weighed.step in place):
+        truth[place[weighed.step]] = weighed.shares.get(correction.label.choices[0], 0.0)
+        weight[place[weighed.step]] = weighed.weight
+    claimed = _claimed(run, run.replies[replied].tolist()).astype(np.float64)
     visible: BoolArray = run.target_px >= VISIBLE_PX
-    means = _means(adjusted(claimed, truth[told], weight[told]), visible[told])
+    means = _means(adjusted(claimed, truth[replied], weight[replied]), visible[replied])
     return {name: np.array([value]) for name, value in means.items()}
 
 
@@ -202,12 +202,12 @@ def hallucination(mentioned: Sequence[set[str]], visible: Sequence[set[str]]) ->
     }
 
 
-def _of_things(run: CameraRun, told: BoolArray, replies: Sequence[str]) -> dict[str, float]:
+def _of_things(run: CameraRun, replied: BoolArray, replies: Sequence[str]) -> dict[str, float]:
     labels = {label: thing_of(label) for label in set().union(*run.visible_px)}
-    frames = [run.visible_px[index] for index in np.flatnonzero(told).tolist()]
+    frames = [run.visible_px[index] for index in np.flatnonzero(replied).tolist()]
     visible = [{labels[name] for name, count in pixels.items() if count >= VISIBLE_PX} for pixels in frames]
     known = sorted({*labels.values(), *(thing for thing in THINGS if thing not in AMBIGUOUS)})
     named = {reply: things_claimed(reply, known) if labels else set() for reply in set(replies)}
     mentioned = [named[reply] for reply in replies]
-    found = hallucination(mentioned, visible)
-    return found if labels else {name: 0.0 if name.startswith("n_") else math.nan for name in found}
+    measures = hallucination(mentioned, visible)
+    return measures if labels else {name: 0.0 if name.startswith("n_") else math.nan for name in measures}

@@ -92,8 +92,8 @@ def _known_distances(run: CameraRun) -> FloatArray:
     """Return the distance to the goal at the start and after each counted decision, metres, (n,); NaN is left out."""
     if not run.has_target:
         return run.distance[:0]
-    kept = run.distance[np.concatenate(([True], run.counted))]
-    return kept[~np.isnan(kept)]
+    known = run.distance[np.concatenate(([True], run.counted))]
+    return known[~np.isnan(known)]
 
 
 def wrong_steps(distances: FloatArray) -> BoolArray:
@@ -111,7 +111,7 @@ def find_detours(distances: FloatArray) -> list[Detour]:
     Args:
         distances: distance to the goal at the start and after each step, metres, (n,).
     """
-    wrong, found, state = wrong_steps(distances), [], 0
+    wrong, detours, state = wrong_steps(distances), [], 0
     while state < len(wrong):
         if not wrong[state]:
             state += 1
@@ -119,6 +119,6 @@ def find_detours(distances: FloatArray) -> list[Detour]:
         later = distances[state + 1 :] - distances[state]
         back = np.flatnonzero(later < STILL_M)
         steps = int(back[0]) if len(back) else len(later)
-        found.append(Detour(steps, bool(len(back)), float(later[:steps].max())))
+        detours.append(Detour(steps, bool(len(back)), float(later[:steps].max())))
         state += steps + 1 if len(back) else len(wrong)
-    return found
+    return detours

@@ -113,8 +113,8 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
 def _mean_by(key: IntArray, values: FloatArray) -> float:
     """Return the mean over all keys of the mean of the values with this key; NaN without values."""
     counts = np.bincount(key)
-    kept = counts > 0
-    return mean(np.bincount(key, weights=values)[kept] / counts[kept])
+    seen = counts > 0
+    return mean(np.bincount(key, weights=values)[seen] / counts[seen])
 
 
 def _shares_to_come(kind: IntArray) -> FloatArray:
@@ -187,10 +187,10 @@ def chance_information(rows: IntArray, columns: IntArray) -> float:
     def log_ways(whole: FloatArray | int, part: FloatArray | int) -> FloatArray:
         return np.asarray(gammaln(whole + 1) - gammaln(part + 1) - gammaln(whole - part + 1))
 
-    total, found = int(rows.sum()), 0.0
+    total, information = int(rows.sum()), 0.0
     for row in rows.tolist():
         for column in columns.tolist():
             cell = np.arange(max(1, row + column - total), min(row, column) + 1, dtype=np.float64)
             chance = np.exp(log_ways(column, cell) + log_ways(total - column, row - cell) - log_ways(total, row))
-            found += float((chance * cell / total * np.log2(total * cell / (row * column))).sum())
-    return found
+            information += float((chance * cell / total * np.log2(total * cell / (row * column))).sum())
+    return information

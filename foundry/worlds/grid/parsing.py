@@ -160,8 +160,8 @@ def _candidates(
     These lines count only if they name an action. If there is no object, yield the values in all lines.
     """
     objects = find_objects(content, _mending(interpret))
-    for found in objects:
-        yield from _with_inner(found)
+    for fields in objects:
+        yield from _with_inner(fields)
     if not objects:
         yield labelled_values(content, cut=answer.ending == LENGTH)
         return
@@ -174,11 +174,11 @@ def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
     """Return a function that mends a broken object; the result is empty if the lines of its text say something else."""
 
     def mend(text: str) -> Mended:
-        found = mended(text, _decisive)
-        reading = None if found is None else _agreed(_with_inner(found), interpret)
+        value = mended(text, _decisive)
+        reading = None if value is None else _agreed(_with_inner(value), interpret)
         lines = interpret(labelled_values(in_plain_marks(text), cut=False))
         agree = reading is not None and lines is not None and reading.gist == lines.gist
-        return found if found is not None and agree else Mended()
+        return value if value is not None and agree else Mended()
 
     return mend
 
@@ -189,29 +189,31 @@ def _decisive(name: str) -> str | None:
     return key if key in ("action", "direction", "message") else None
 
 
-def _with_inner(found: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
+def _with_inner(fields: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
     """Return the inner objects that contain a decision; if there are none, return the object itself.
 
     Inner objects are read only if the outer one has no decision, or has an object in the place of a decision.
     """
-    if depth < _DEEPEST and (not _decides(found) or _holds_inner(found)):
-        within = [one for inner in _inner(found) for one in _with_inner(inner, depth + 1) if _decides(one)]
+    if depth < _DEEPEST and (not _decides(fields) or _holds_inner(fields)):
+        within = [
+            candidate for inner in _inner(fields) for candidate in _with_inner(inner, depth + 1) if _decides(candidate)
+        ]
         if within:
             return within
-    return [found]
+    return [fields]
 
 
-def _decides(found: dict[str, Any]) -> bool:
-    return any(_decisive(key) in ("action", "message") for key in found)
+def _decides(fields: dict[str, Any]) -> bool:
+    return any(_decisive(key) in ("action", "message") for key in fields)
 
 
-def _holds_inner(found: dict[str, Any]) -> bool:
+def _holds_inner(fields: dict[str, Any]) -> bool:
     """Return whether an object has its decision in an inner object, as in `{"decision": {"action": ...}}`."""
-    return any(_decisive(key) and _decides(one) for key, value in found.items() for one in _objects(value))
+    return any(_decisive(key) and _decides(inner) for key, value in fields.items() for inner in _objects(value))
 
 
-def _inner(found: dict[str, Any]) -> list[dict[str, Any]]:
-    return [one for key, value in found.items() if _may_decide(key) for one in _objects(value)]
+def _inner(fields: dict[str, Any]) -> list[dict[str, Any]]:
+    return [inner for key, value in fields.items() if _may_decide(key) for inner in _objects(value)]
 
 
 def _may_decide(key: str) -> bool:
@@ -220,7 +222,7 @@ def _may_decide(key: str) -> bool:
 
 def _objects(value: object) -> list[dict[str, Any]]:
     """Return the objects in a list, or a single object as a list."""
-    return [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, dict)]
+    return [item for item in (value if isinstance(value, list) else [value]) if isinstance(item, dict)]
 
 
 def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
@@ -238,11 +240,11 @@ def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
     return MessageReading(Outcome.CHOSEN if exact else Outcome.REPAIRED, said, text_of(reasoning))
 
 
-def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
+def _is_doubtful(candidate: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
     """Return whether a text is perhaps not the agent's message, but a copied placeholder or badly mended JSON."""
     if message is not None and is_placeholder(message):
         return True
-    return isinstance(found, Mended) and ("message" not in fields or is_glued(message or ""))
+    return isinstance(candidate, Mended) and ("message" not in fields or is_glued(message or ""))
 
 
 def interpret_action(found: dict[str, Any]) -> ActionReading | None:
@@ -277,16 +279,16 @@ _ASIDE = re.compile(
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
-def fields_of(found: dict[str, Any]) -> dict[str, Any]:
+def fields_of(candidate: dict[str, Any]) -> dict[str, Any]:
     """Return the object itself if it has only requested keys; otherwise its values, under the requested keys."""
-    if found.keys() <= _ASKED:
-        return found
-    plain = merged([(key.strip().lower(), value) for key, value in found.items()])
+    if candidate.keys() <= _ASKED:
+        return candidate
+    plain = merged([(key.strip().lower(), value) for key, value in candidate.items()])
     known = {key: value for key, value in plain.items() if key in _ASKED}
     meant = merged([(key, value) for name, value in plain.items() if (key := key_of(name)) and key not in known])
-    if isinstance(found, Conflicting) or isinstance(plain, Conflicting) or isinstance(meant, Conflicting):
+    if isinstance(candidate, Conflicting) or isinstance(plain, Conflicting) or isinstance(meant, Conflicting):
         return Conflicting({**meant, **known})
-    return found if not meant and known.keys() <= found.keys() else {**meant, **known}
+    return candidate if not meant and known.keys() <= candidate.keys() else {**meant, **known}
 
 
 def _only(value: object) -> Any:

@@ -97,12 +97,12 @@ class Field:
 
     def areas(self, cells: IntArray) -> IntArray:
         """Return for each cell the index of the place that contains it, or OUTSIDE, (n,); cells (n, 2)."""
-        found = np.full(len(cells), OUTSIDE, dtype=np.int64)
+        numbers = np.full(len(cells), OUTSIDE, dtype=np.int64)
         x, y = cells[:, 0], cells[:, 1]
         for index, place in enumerate(self.places):
             inside = (x >= place.x_min) & (x <= place.x_max) & (y >= place.y_min) & (y <= place.y_max)
-            found[inside] = index
-        return found
+            numbers[inside] = index
+        return numbers
 
     def area(self, cell: Cell) -> int:
         """Return the index of the place that contains a cell; OUTSIDE if no place does."""

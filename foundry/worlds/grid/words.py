@@ -171,7 +171,11 @@ def _plain(text: str) -> str:
 def _text(value: object) -> str | None:
     """Return the normalised text of a value, which may be a short list or object of texts; else None."""
     if isinstance(value, dict):
-        value = [part for key, one in value.items() for part in (key if key.lower() not in _GENERIC else "", one)]
+        value = [
+            part
+            for key, part_value in value.items()
+            for part in (key if key.lower() not in _GENERIC else "", part_value)
+        ]
         value = [part for part in value if part not in ("", None)]
     if isinstance(value, list):
         few = 0 < len(value) <= _MOST_PARTS and all(isinstance(part, str) for part in value)
@@ -189,13 +193,13 @@ def _words(text: str) -> frozenset[str] | None:
     """Return the meanings of the words in a text, or None if it has an unknown word outside a remark."""
     phrases = list(_phrases(text))
     telling = [number for number, phrase in enumerate(phrases) if phrase.meaning != _FILLER]
-    found = frozenset(phrases[number].meaning for number in telling)
+    meanings = frozenset(phrases[number].meaning for number in telling)
     end = phrases[-1].end if phrases else 0
     if not _SKIPPED.sub("", text[end:]):
-        return found
+        return meanings
     if not telling:
         return None
-    return found if _is_remark(text[phrases[telling[-1]].end :].lstrip(" \"'*`"), found) else None
+    return meanings if _is_remark(text[phrases[telling[-1]].end :].lstrip(" \"'*`"), meanings) else None
 
 
 def _phrases(text: str) -> Iterator[_Phrase]:
@@ -210,13 +214,13 @@ def _phrases(text: str) -> Iterator[_Phrase]:
         yield _Phrase(_MEANINGS[match[0]], position)
 
 
-def _is_remark(rest: str, found: frozenset[str]) -> bool:
+def _is_remark(rest: str, meanings: frozenset[str]) -> bool:
     """Return whether the rest of a value is a remark that adds nothing to the decision before it."""
-    opening = (*REMARKS, *STAYING_REMARKS) if found == {STAY} else REMARKS
+    opening = (*REMARKS, *STAYING_REMARKS) if meanings == {STAY} else REMARKS
     if not rest.startswith(opening) or "?" in rest or DOUBTS & set(_LETTERS.findall(rest)):
         return False
     said = {_MEANINGS[match[0]] for match in _phrase().finditer(rest)} - {_FILLER}
-    return said <= found | (set() if STAY in found else {MOVE})
+    return said <= meanings | (set() if STAY in meanings else {MOVE})
 
 
 _MOST = 32
@@ -260,10 +264,10 @@ def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
     if not labels or len(labels) > _MOST:
         return {}
     ends = [label.start() for label in labels[1:]] + [len(text)]
-    found = [(key_of(label[1]) or "", text[label.end() : end]) for label, end in zip(labels, ends, strict=True)]
-    if cut or found[-1][0] == "message" and _BLANK_LINE.search(found[-1][1].strip()):
-        found.pop()
-    return merged([(key, _value(key, value)) for key, value in found])
+    pairs = [(key_of(label[1]) or "", text[label.end() : end]) for label, end in zip(labels, ends, strict=True)]
+    if cut or pairs[-1][0] == "message" and _BLANK_LINE.search(pairs[-1][1].strip()):
+        pairs.pop()
+    return merged([(key, _value(key, value)) for key, value in pairs])
 
 
 def _value(key: str, text: str) -> str:

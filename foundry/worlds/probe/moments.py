@@ -86,7 +86,7 @@ class Said(msgspec.Struct, frozen=True, kw_only=True):
 
 def digest_of(past: Iterable[Said]) -> str:
     """Return the SHA-256 of recorded answers."""
-    lines = [[one.step, one.agent, one.kind, one.text, one.ending, one.answer.inference_s] for one in past]
+    lines = [[said.step, said.agent, said.kind, said.text, said.ending, said.answer.inference_s] for said in past]
     return hashlib.sha256(msgspec.json.encode(lines)).hexdigest()
 
 
@@ -142,13 +142,13 @@ class Kept:
 
 
 @lru_cache(maxsize=1024)
-def questions_of(kept: Kept) -> Mapping[Moment, Question]:
+def questions_of(inputs: Kept) -> Mapping[Moment, Question]:
     """Return the question in each moment of a seed; the conditions of a probe share these questions."""
-    moments = read_moments(kept.moments, kept.sha256)
+    moments = read_moments(inputs.moments, inputs.sha256)
     questions: dict[Moment, Question] = {}
-    for run, mine in moments.of(kept.seed).items():
-        past = read_past(kept.past.replace("{run}", run), moments.runs[run].sha256)
-        questions.update(zip(mine, questions_at(kept.source, kept.seed, past, mine), strict=True))
+    for run, mine in moments.of(inputs.seed).items():
+        past = read_past(inputs.past.replace("{run}", run), moments.runs[run].sha256)
+        questions.update(zip(mine, questions_at(inputs.source, inputs.seed, past, mine), strict=True))
     return questions
 
 
@@ -157,7 +157,7 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
 
     To get them, replay the world with the recorded answers.
     """
-    wanted = {(one.step, one.agent, one.kind, one.again): place for place, one in enumerate(moments)}
+    wanted = {(moment.step, moment.agent, moment.kind, moment.again): place for place, moment in enumerate(moments)}
     questions: dict[int, Question] = {}
     for question, again in asked_in(scenario, seed, past):
         place = wanted.get((*question.asked, again))

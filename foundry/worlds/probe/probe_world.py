@@ -153,7 +153,7 @@ class ProbeScenario(Scenario):
 
     def _put(self, seed: int) -> Iterator[Put]:
         asked, around = self._asked(seed), self._around(seed)
-        for moment in sorted(asked, key=lambda one: (one.step, one)):
+        for moment in sorted(asked, key=lambda moment: (moment.step, moment)):
             changed = self._changed(asked, around, moment)
             if changed is not None:
                 for repeat in range(self.repeats):
@@ -175,7 +175,7 @@ class ProbeScenario(Scenario):
 
     def _after(self, seed: int) -> int:
         seeds = sorted({run.seed for run in self.moments().runs.values()})
-        return next((one for one in seeds if one > seed), seeds[0])
+        return next((later for later in seeds if later > seed), seeds[0])
 
     def _places(self) -> Mapping[str, str]:
         if self._kept is None:
@@ -189,10 +189,10 @@ class ProbeWorld(World):
     def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
         """Take the questions in order; with sampling options, a moment's repeats wait for its first answer."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
-        self._put = [one for one in put if sampling is None or one.repeat == 0]
+        self._put = [question for question in put if sampling is None or question.repeat == 0]
         self._repeats: dict[Moment, list[Put]] = {}
-        for one in put:
-            self._repeats.setdefault(one.moment, []).append(one)
+        for question in put:
+            self._repeats.setdefault(question.moment, []).append(question)
 
     @property
     def finished(self) -> bool:
@@ -206,7 +206,7 @@ class ProbeWorld(World):
 
     def pending(self) -> Sequence[Question]:
         """Return the next `ROUND` questions."""
-        return [one.question for one in self._round()]
+        return [question.question for question in self._round()]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Return a record for each answered question."""
@@ -216,7 +216,7 @@ class ProbeWorld(World):
         if len(answers) != len(questions):
             raise ValueError(f"advance() got {len(answers)} answers for {len(questions)} pending questions")
         self._completed, self._answered = self._completed + 1, self._answered + len(questions)
-        return [self._record(one, answer) for one, answer in zip(questions, answers, strict=True)]
+        return [self._record(question, answer) for question, answer in zip(questions, answers, strict=True)]
 
     def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
         """Queue a moment's repeats after its first answer, unless the reply's log-probabilities replace them."""

@@ -55,7 +55,7 @@ def split(name: str) -> tuple[str, float]:
 def moved(question: Question, path: str, value: float, form: str) -> Question | None:
     """Return the question with a quantity set to a value; None if that is impossible in this question."""
     keys = path.split(".")
-    move = next((one for pattern, one in _moves(form).items() if re.fullmatch(pattern, path)), _set)
+    move = next((mover for pattern, mover in _moves(form).items() if re.fullmatch(pattern, path)), _set)
     changed = move(question.observation, keys, value)
     return None if changed is None else replace(question, observation=dict(changed))
 

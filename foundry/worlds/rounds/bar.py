@@ -82,7 +82,7 @@ class Bar(RoundsScenario):
 
     def payoffs(self, question: Question) -> list[float]:
         """Return the agent's utilities of earlier evenings, as its prompt shows them."""
-        return [one["utility"] for one in question.observation["evenings"] if one["utility"] is not None]
+        return [evening["utility"] for evening in question.observation["evenings"] if evening["utility"] is not None]
 
     def play(self, table: Table) -> Play:
         """Play the evenings."""
@@ -93,10 +93,10 @@ class Bar(RoundsScenario):
                 table.ask(agent, "evening", **bar, evenings=list(known[agent])) for agent in table.agents
             ]
             went = sum(decision.taken == GO for decision in decisions)
-            for one in decisions:
-                utility = self._utility(one, went)
-                table.record(one, utility=utility)
-                known[one.agent].append(self._told(one, went, utility))
+            for decision in decisions:
+                utility = self._utility(decision, went)
+                table.record(decision, utility=utility)
+                known[decision.agent].append(self._told(decision, went, utility))
             table.write(Evening(step=evening, went=went, places=self.places))
 
     def _utility(self, decision: Decision, went: int) -> float:

@@ -107,7 +107,7 @@ def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
     named: set[Decided] = set()
     place = 0
     while place < len(words):
-        match = next((one for one in known if words[place : place + len(one)] == one), None)
+        match = next((phrase for phrase in known if words[place : place + len(phrase)] == phrase), None)
         if match is None and words[place] not in _AROUND:
             return set()
         if match is not None:

@@ -145,8 +145,8 @@ class Fishery(RoundsScenario):
             wanted = [wish.taken for wish in wishes] + [min(self._wanted, stock)] * comes
             got = shares(wanted, stock, self.sharing, rng)
             caught, outsider = got[: self.agents], got[-1] if comes else None
-            for one, tons in zip(wishes, caught, strict=True):
-                table.record(one, utility=tons, caught=tons)
+            for wish, tons in zip(wishes, caught, strict=True):
+                table.record(wish, utility=tons, caught=tons)
             left = stock - sum(got)
             months.append({"step": month, "stock": stock, "caught": caught, "outsider": outsider, "left": left})
             talk = yield from self._conversation(table, order, self._shown(left, months, []))

@@ -195,19 +195,19 @@ class _Episode:
         decisions = (yield [self._question(agent) for agent in agents]) if agents else []
         names |= {decision.agent: decision.taken for decision in decisions}
         met = [self._met(pair, names.get(pair.first), names.get(pair.second)) for pair in pairs]
-        by_agent = {agent: one for one in met for agent in (one.first, one.second)}
+        by_agent = {agent: meeting for meeting in met for agent in (meeting.first, meeting.second)}
         for decision in decisions:
             meeting = by_agent[decision.agent]
             self._table.record(decision, utility=self._points(meeting), number=meeting.number)
         for meeting in met:
             self._table.write(meeting)
-        return sum(one.equal for one in met)
+        return sum(meeting.equal for meeting in met)
 
     def _namer(self, says: str | None) -> _Namer:
         rules, name = self._rules, self._rules.established
         past = {"own": name, "other": name, "points": rules.equal}
         memory = [dict(past) for _ in range(rules.memory)] if name is not None else []
-        known = [one for one in (says or name,) if one is not None]
+        known = [name_said for name_said in (says or name,) if name_said is not None]
         points = len(memory) * float(rules.equal)
         return _Namer(deque(memory, maxlen=rules.memory), known, says, len(memory), points)
 

@@ -97,7 +97,7 @@ class PublicGoods(RoundsScenario):
 
     def payoffs(self, question: Question) -> list[float]:
         """Return the agent's payoffs of earlier rounds, as its prompt shows them."""
-        return [one["payoff"] for one in question.observation.get("rounds", ())]
+        return [played["payoff"] for played in question.observation.get("rounds", ())]
 
     def play(self, table: Table) -> Play:
         """Play the rounds."""
@@ -110,11 +110,11 @@ class PublicGoods(RoundsScenario):
             table.write(Pot(step=step, given=sum(given), returned=self.multiplier * sum(given)))
             left = [had - gave + back for had, gave in zip(tokens, given, strict=True)]
             after = yield from self.afterwards(table, given, left)
-            for one, had, has in zip(decisions, tokens, after, strict=True):
+            for decision, had, has in zip(decisions, tokens, after, strict=True):
                 payoff = has.tokens if self.reset else has.tokens - had
-                table.record(one, utility=payoff, tokens=had)
-                told = {"given": int(one.taken), "pot": sum(given), "payoff": payoff}
-                known[one.agent].append(told | dict(has.told))
+                table.record(decision, utility=payoff, tokens=had)
+                details = {"given": int(decision.taken), "pot": sum(given), "payoff": payoff}
+                known[decision.agent].append(details | dict(has.told))
             tokens = [self.tokens if self.reset else has.tokens for has in after]
 
     def _asked(self, table: Table, agent: int, tokens: float, rounds: Sequence[dict[str, Any]]) -> Question:
@@ -177,13 +177,13 @@ class PunishedGoods(PublicGoods):
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
         """Ask each agent whom it punishes, and subtract costs and losses."""
-        told: dict[str, Any] = {**self.told, "given": list(given)}
+        details: dict[str, Any] = {**self.told, "given": list(given)}
         decisions = yield [
-            table.ask(agent, PUNISH, legal=self._legal(agent, left[agent]), tokens=left[agent], **told)
+            table.ask(agent, PUNISH, legal=self._legal(agent, left[agent]), tokens=left[agent], **details)
             for agent in table.agents
         ]
         whom_each = [None if decision.taken == NOBODY else agent_of(decision.taken) for decision in decisions]
-        return [After(*one) for one in self._settled(left, whom_each)]
+        return [After(*settled) for settled in self._settled(left, whom_each)]
 
     def _legal(self, agent: int, tokens: float) -> Actions:
         return whom(other for other in range(self.agents) if other != agent and tokens >= self.cost)
@@ -194,7 +194,7 @@ class PunishedGoods(PublicGoods):
         """Yield each agent's tokens after all punishments, the agent that it punished, and its number of punishers."""
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
-            times = sum(one == agent for one in whom_each)
+            times = sum(target == agent for target in whom_each)
             rest = tokens - paid
             yield rest - min(times * self.loss, rest), {"punished": whom_each[agent], "punished_by": times}
 

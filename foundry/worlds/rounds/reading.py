@@ -93,39 +93,39 @@ class _Reader:
     def _outcome(self, reading: Reading, answer: Answer) -> Outcome:
         return Outcome.CHOSEN if answer.text.strip() == str(reading.action) else Outcome.REPAIRED
 
-    def _is_as_asked(self, found: Mapping[str, Any]) -> bool:
+    def _is_as_asked(self, fields: Mapping[str, Any]) -> bool:
         """Return whether an object has exactly one key for decisions, and the value of this key is a legal decision."""
-        named = [key for key in found if self._decides(key)]
-        if isinstance(found, Conflicting):
+        named = [key for key in fields if self._decides(key)]
+        if isinstance(fields, Conflicting):
             return False
-        return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(found[named[0]], self.actions)
+        return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(fields[named[0]], self.actions)
 
     def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
         """Return the decision if all objects of a text, and the lines before them, give the same one; else None."""
-        decisions = [one for inner in objects for one in self._within(inner)]
+        decisions = [reading for inner in objects for reading in self._within(inner)]
         readings = [decision for decision in decisions if decision is not None]
         if not readings or len(readings) < len(decisions):
             return None
         before = {self._value(value) for value in self._lines(content.partition("{")[0])}
         return readings[-1] if {reading.action for reading in readings} | before == {readings[-1].action} else None
 
-    def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
+    def _within(self, fields: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
         """Yield the decision of an object or, if it has none, of its inner objects; None for an uncertain decision."""
-        if isinstance(found, Conflicting):
+        if isinstance(fields, Conflicting):
             yield None
-        elif any(self._decides(key) and not isinstance(value, dict) for key, value in found.items()):
-            yield self._of(found)
+        elif any(self._decides(key) and not isinstance(value, dict) for key, value in fields.items()):
+            yield self._of(fields)
         elif depth < _DEEPEST:
-            for key, value in found.items():
+            for key, value in fields.items():
                 if isinstance(value, dict) and not _ASIDE.search(key):
                     yield from self._within(value, depth + 1)
 
-    def _of(self, found: Mapping[str, Any]) -> Reading | None:
+    def _of(self, fields: Mapping[str, Any]) -> Reading | None:
         """Return the decision that the keys of an object name; None if it is uncertain, or the keys disagree."""
-        decisions = {self._value(value) for key, value in found.items() if self._decides(key)}
+        decisions = {self._value(value) for key, value in fields.items() if self._decides(key)}
         if len(decisions) != 1 or None in decisions:
             return None
-        message = found.get(MESSAGE)
+        message = fields.get(MESSAGE)
         spoken = isinstance(message, str) and not is_silence(message) and not is_placeholder(message)
         return Reading(Outcome.REPAIRED, decisions.pop(), without_surrogates(message) if spoken and message else None)
 
@@ -196,8 +196,8 @@ def _numbers(actions: Actions) -> list[float]:
     if actions.low is None or actions.high is None:
         return []
     if not actions.whole:
-        return [float(one) for one in np.linspace(actions.low, actions.high, SPACED)]
+        return [float(number) for number in np.linspace(actions.low, actions.high, SPACED)]
     first, last = int(np.ceil(actions.low)), int(np.floor(actions.high))
     if last - first < MOST_NUMBERS:
         return list(range(first, last + 1))
-    return sorted({round(one) for one in np.linspace(first, last, SPACED).tolist()})
+    return sorted({round(number) for number in np.linspace(first, last, SPACED).tolist()})

@@ -29,7 +29,7 @@ def no_history(question: Question) -> Question:
 
 def no_messages(question: Question) -> Question:
     """Remove the messages of others, even from conversations; the agent's own messages stay."""
-    own = [one for one in question.observation.get("talk", ()) if one["agent"] == question.agent]
+    own = [message for message in question.observation.get("talk", ()) if message["agent"] == question.agent]
     return observing(question, received=[], talk=own)
 
 
@@ -40,13 +40,13 @@ def others_went(question: Question) -> Question | None:
     """
     seen = question.observation
     if "evenings" in seen:
-        return observing(question, evenings=[_evening(one, seen) for one in seen["evenings"]])
+        return observing(question, evenings=[_evening(evening, seen) for evening in seen["evenings"]])
     if "given" in seen:
         return observing(question, given=_given(seen["given"], seen["agent"]))
     if "rounds" in seen and seen["reset"]:
         return observing(question, rounds=_rounds(seen["rounds"], seen))
     if "memory" in seen and seen.get("protocol") == "both":
-        memory = [_meeting(one, seen) for one in seen["memory"]]
+        memory = [_meeting(meeting, seen) for meeting in seen["memory"]]
         gained = sum(new["points"] - old["points"] for new, old in zip(memory, seen["memory"], strict=True))
         return observing(question, memory=memory, points=seen["points"] + gained)
     return None
@@ -75,8 +75,8 @@ def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> lis
     changes = [most - 2 * gave for gave in others]
     share = game["multiplier"] / game["agents"]
     return [
-        {**one, "pot": one["pot"] + change, "payoff": one["payoff"] + share * change}
-        for one, change in zip(rounds, changes, strict=True)
+        {**round_seen, "pot": round_seen["pot"] + change, "payoff": round_seen["payoff"] + share * change}
+        for round_seen, change in zip(rounds, changes, strict=True)
     ]
 
 
@@ -98,9 +98,12 @@ def rename_agents(question: Question) -> Question:
         return {**thing, key: None if thing.get(key) is None else agents - 1 - thing[key]}
 
     lists = {"received": "sender", "talk": "agent"}
-    named = {key: [renamed(one, name) for one in seen.get(key, ())] for key, name in lists.items()}
-    months = [{**one, "caught": one["caught"][::-1]} for one in seen.get("months", ())]
-    rounds = [renamed(one, "punished") if "punished" in one else one for one in seen.get("rounds", ())]
+    named = {key: [renamed(entry, name) for entry in seen.get(key, ())] for key, name in lists.items()}
+    months = [{**month, "caught": month["caught"][::-1]} for month in seen.get("months", ())]
+    rounds = [
+        renamed(round_seen, "punished") if "punished" in round_seen else round_seen
+        for round_seen in seen.get("rounds", ())
+    ]
     changed = observing(
         question, **named, months=months, rounds=rounds, given=list(seen.get("given", ()))[::-1],
         agent=agents - 1 - seen["agent"],
@@ -122,12 +125,12 @@ def scale_payoffs(question: Question) -> Question:
     Amounts that agents decide about, such as tokens and tons, do not change.
     """
     seen = question.observation
-    past = {key: [{**one, **_scaled(one)} for one in seen[key]] for key in ("evenings", "memory") if key in seen}
+    past = {key: [{**entry, **_scaled(entry)} for entry in seen[key]] for key in ("evenings", "memory") if key in seen}
     return observing(question, **_scaled(seen), **past)
 
 
-def _scaled(told: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: told[key] * FACTOR for key in _POINTS if isinstance(told.get(key), int | float)}
+def _scaled(details: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: details[key] * FACTOR for key in _POINTS if isinstance(details.get(key), int | float)}
 
 
 EDITS = (

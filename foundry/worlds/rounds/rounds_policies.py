@@ -101,7 +101,7 @@ class Inductive(ScriptedModel):
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Follow the best predictor."""
-        went = tuple(one["went"] for one in observation["evenings"] if one["went"] is not None)
+        went = tuple(evening["went"] for evening in observation["evenings"] if evening["went"] is not None)
         agents, places = observation["agents"], observation["places"]
         if not went:
             return _go_if(rng.random() < places / agents)

@@ -69,7 +69,7 @@ def _box(
 ) -> tuple[int, int, int, int]:
     """Return the first and the last pixel (x, y, x, y) of an agent's decision in a round."""
     gap = 2 if min(width / parts, height) > 4 else 1
-    left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
+    left, right = (_LEFT + (step - 1 + edge / parts) * width for edge in (part, part + 1))
     x, y = round(left), round(_TOP + agent * height)
     return (x, y, max(round(right) - gap, x), max(round(_TOP + (agent + 1) * height) - gap, y))
 

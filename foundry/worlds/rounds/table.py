@@ -157,11 +157,11 @@ class Table:
 
     def read(self, question: Question, answer: Answer) -> Decision:
         """Return the decision in an answer."""
-        found, legal = read_reply(question, answer), _legal(question)
+        reading, legal = read_reply(question, answer), _legal(question)
         idle = None if legal is None else legal.idle
-        taken = idle if found.action is None else found.action
+        taken = idle if reading.action is None else reading.action
         decision = Decision(
-            question.step, question.agent, question.kind, found.action, taken, found.message, found.outcome
+            question.step, question.agent, question.kind, reading.action, taken, reading.message, reading.outcome
         )
         self._open[id(decision)] = decision
         return decision

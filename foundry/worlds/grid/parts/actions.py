@@ -52,8 +52,8 @@ def read_furnished_action(answer: Answer, allowed: Collection[str]) -> Furnished
     To share or attack, the reply must give the other agent's id in `target`, as a number or a text such as "Agent 4".
     """
 
-    def interpret(found: dict[str, Any]) -> ActionReading | None:
-        return _interpret(found, allowed)
+    def interpret(fields: dict[str, Any]) -> ActionReading | None:
+        return _interpret(fields, allowed)
 
     action = read_as(answer, interpret, FurnishedAction)
     assert isinstance(action, FurnishedAction), "interpret and blank return a FurnishedAction"
@@ -83,8 +83,8 @@ def _interpret(found: dict[str, Any], allowed: Collection[str]) -> FurnishedActi
     )
 
 
-def _first(found: dict[str, Any], names: Collection[str]) -> object:
-    return next((found[name] for name in names if found.get(name) is not None), None)
+def _first(fields: dict[str, Any], names: Collection[str]) -> object:
+    return next((fields[name] for name in names if fields.get(name) is not None), None)
 
 
 def _number(value: object) -> int | None:
@@ -100,7 +100,7 @@ def _number(value: object) -> int | None:
 def reply(action: str, *, target: int | None = None, amount: int | None = None) -> str:
     """Return the reply that chooses an action: a direction, to stay or, for example, to gather."""
     moves = action not in (*FURTHER_ACTIONS, "stay")
-    found: dict[str, Any] = {"action": "move", "direction": action} if moves else {"action": action}
+    fields: dict[str, Any] = {"action": "move", "direction": action} if moves else {"action": action}
     further = {"target": target, "amount": amount}
-    found |= {name: value for name, value in further.items() if value is not None}
-    return json.dumps({**found, "memory": "", "reasoning": "A draw among the legal actions."})
+    fields |= {name: value for name, value in further.items() if value is not None}
+    return json.dumps({**fields, "memory": "", "reasoning": "A draw among the legal actions."})

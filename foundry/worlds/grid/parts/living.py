@@ -97,16 +97,16 @@ class Living:
     def possible(self, agent: int, touchable: Sequence[int]) -> list[FurnishedAction]:
         """Return the actions that an agent can do now, besides staying and moving; sharing is listed with amount 1."""
         body, settings = self._bodies[agent], self._settings
-        found = []
+        actions = []
         if self._food_supply is not None and body.cell in self._food_supply.food:
-            found.append(FurnishedAction(Outcome.CHOSEN, GATHER))
+            actions.append(FurnishedAction(Outcome.CHOSEN, GATHER))
         if settings.sharing and body.energy > 1:
-            found += [FurnishedAction(Outcome.CHOSEN, SHARE, target=other, amount=1) for other in touchable]
+            actions += [FurnishedAction(Outcome.CHOSEN, SHARE, target=other, amount=1) for other in touchable]
         if settings.attack is not None:
-            found += [FurnishedAction(Outcome.CHOSEN, ATTACK, target=other) for other in touchable]
+            actions += [FurnishedAction(Outcome.CHOSEN, ATTACK, target=other) for other in touchable]
         if self._may_reproduce(body):
-            found.append(FurnishedAction(Outcome.CHOSEN, REPRODUCE))
-        return found
+            actions.append(FurnishedAction(Outcome.CHOSEN, REPRODUCE))
+        return actions
 
     def _gather(self, agent: int, _: FurnishedAction) -> Done:
         body = self._bodies[agent]
@@ -208,11 +208,14 @@ def _with_room(cells: Sequence[Cell], settings: GridSettings, ground: Ground) ->
     if settings.cell_capacity is None:
         return list(cells)
     held: Counter[Cell] = Counter()
-    found = []
+    roomy = []
     for cell in cells:
         if held[cell] >= settings.cell_capacity:
             away = ground.steps_to([cell])
-            cell = min((one for one in away if held[one] < settings.cell_capacity), key=lambda one: (away[one], one))
+            cell = min(
+                (place for place in away if held[place] < settings.cell_capacity),
+                key=lambda place: (away[place], place),
+            )
         held[cell] += 1
-        found.append(cell)
-    return found
+        roomy.append(cell)
+    return roomy

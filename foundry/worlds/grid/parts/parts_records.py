@@ -120,8 +120,8 @@ def fixtures_of(settings: GridSettings) -> list[Fixture]:
 
 def records_of(settings: GridSettings) -> tuple[type[Record], ...]:
     """Return the classes of the records that a world with these settings writes."""
-    found: list[type[Record]] = [FurnishedStep if settings.energy is None else LivingStep, Message, Agent]
-    found += [Burning] if settings.fires else []
-    found += [Growing] if settings.food else []
-    found += [Birth] if settings.reproduction else []
-    return tuple(found)
+    record_types: list[type[Record]] = [FurnishedStep if settings.energy is None else LivingStep, Message, Agent]
+    record_types += [Burning] if settings.fires else []
+    record_types += [Growing] if settings.food else []
+    record_types += [Birth] if settings.reproduction else []
+    return tuple(record_types)

@@ -153,7 +153,7 @@ class FurnishedWorld(World):
         done = self._living.do([(agent, decisions[agent]) for agent in order])
         moved = self._move(decisions, order)
         lost = self._lose(before, moved)
-        self._gone.update(one.left for one in moved.values() if one.left is not None)
+        self._gone.update(move.left for move in moved.values() if move.left is not None)
         self._gone.update(lost.values())
         if self._food_supply is not None:
             self._food_supply.grow(self._completed + 1)
@@ -166,9 +166,9 @@ class FurnishedWorld(World):
         self._remember(decisions)
         self._completed += 1
         births = [
-            Birth(agent=one.born[0], persona=self._personas[one.born[0]], parent=agent, step=self._completed)
-            for agent, one in sorted(done.items())
-            if one.born is not None
+            Birth(agent=did.born[0], persona=self._personas[did.born[0]], parent=agent, step=self._completed)
+            for agent, did in sorted(done.items())
+            if did.born is not None
         ]
         records += [*births, *self._grown(food)]
         return records if self.finished else [*records, *self._go_on()]
@@ -183,9 +183,9 @@ class FurnishedWorld(World):
                 wanted[agent] = (cells[agent][0] + dx, cells[agent][1] + dy)
         moving = [agent for agent in order if agent in wanted]
         moved = moves_of(self._ground, self._settings.cell_capacity, cells, wanted, moving)
-        for agent, one in moved.items():
-            self._bodies[agent].cell = one.cell
-            if one.left is not None:
+        for agent, move in moved.items():
+            self._bodies[agent].cell = move.cell
+            if move.left is not None:
                 del self._bodies[agent]
         return moved
 
@@ -241,7 +241,7 @@ class FurnishedWorld(World):
             "agent": agent,
             "place": None if area == OUTSIDE else self._settings.places[area].name,
             **self._scene.step_of(index, cell, moved.cell, message, decision),
-            "exits": tuple(one["name"] for one in observation["exits"]),
+            "exits": tuple(way_out["name"] for way_out in observation["exits"]),
             "blocked": moved.blocked,
             "left": moved.left,
             "lost": lost,

@@ -43,9 +43,9 @@ TOUCH = 1
 """An agent can share with or attack another agent at most this number of columns and rows away."""
 
 
-def apart(one: Cell, other: Cell) -> int:
+def apart(first: Cell, other: Cell) -> int:
     """Return the distance between two cells: the number of columns or rows between them, whichever is larger."""
-    return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
+    return max(abs(first[0] - other[0]), abs(first[1] - other[1]))
 
 
 def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
@@ -64,11 +64,11 @@ def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntA
         return near
     at: list[Cell] = [(x, y) for x, y in cells.tolist()]
 
-    def heard(one: int, other: int) -> bool:
-        within = not square or apart(at[one], at[other]) <= reach
-        return within and (not barred or ground.is_clear(at[one], at[other]))
+    def heard(listener: int, other: int) -> bool:
+        within = not square or apart(at[listener], at[other]) <= reach
+        return within and (not barred or ground.is_clear(at[listener], at[other]))
 
-    return [tuple(other for other in others if heard(one, other)) for one, others in enumerate(near)]
+    return [tuple(other for other in others if heard(agent, other)) for agent, others in enumerate(near)]
 
 
 class Senses(Perception):
@@ -111,11 +111,15 @@ class Senses(Perception):
             food: units of food by cell.
         """
         ids, cells = list(bodies), list(bodies.values())
-        burning = {fire.name: np.array([c for c, one in spreading_fires.cells.items() if one is fire]).reshape(-1, 2)
-                   for fire in self._settings.fires}  # fmt: skip
+        burning = {
+            fire.name: np.array([cell for cell, source in spreading_fires.cells.items() if source is fire]).reshape(
+                -1, 2
+            )
+            for fire in self._settings.fires
+        }
         scene = self._observe(step, ids, cells, burning)
-        told = spreading_fires.cells if self._settings.tell_fires else {}
-        chars = self._chars | dict.fromkeys(food, "f") | dict.fromkeys(told, "*") | dict.fromkeys(cells, "A")
+        fires_told = spreading_fires.cells if self._settings.tell_fires else {}
+        chars = self._chars | dict.fromkeys(food, "f") | dict.fromkeys(fires_told, "*") | dict.fromkeys(cells, "A")
         standing: dict[Cell, list[int]] = {}
         for agent, cell in bodies.items():
             standing.setdefault(cell, []).append(agent)
@@ -123,20 +127,20 @@ class Senses(Perception):
         commanded = order.text if order is not None and order.start <= step else None
         for observation, agent, cell in zip(scene.observations, ids, cells, strict=True):
             sight = self._ground.sight(cell, self._settings.view, barred=self._barred)
-            seen = {one: standing[one] for one in sight.cells & standing.keys()}
-            known[agent].update(self._ground.exits[one].name for one in sight.cells & self._ground.exits.keys())
+            seen = {place: standing[place] for place in sight.cells & standing.keys()}
+            known[agent].update(self._ground.exits[place].name for place in sight.cells & self._ground.exits.keys())
             observation |= {
                 "window": sight.window(chars, cell),
                 "open": self._ground.ways(cell),
                 "exits": [self._exit(exit_zone, cell, seen, sight.cells) for exit_zone in self._settings.exits
                           if exit_zone.name in known[agent]],
-                "burning": [list(one) for one in told if one in sight.cells],
+                "burning": [list(place) for place in fires_told if place in sight.cells],
                 "seen": self._others(agent, seen),
                 "order": commanded,
                 "energy": energy.get(agent),
                 "food": [{"x": x, "y": y, "amount": food[x, y]} for x, y in sorted(sight.cells & food.keys())],
                 "touchable": sorted(
-                    other for one, others in seen.items() if apart(one, cell) <= TOUCH for other in others
+                    other for place, others in seen.items() if apart(place, cell) <= TOUCH for other in others
                     if other != agent
                 ),
             }  # fmt: skip
@@ -152,9 +156,9 @@ class Senses(Perception):
     def _exit(
         self, way_out: Exit, cell: Cell, seen: Mapping[Cell, list[int]], visible: frozenset[Cell]
     ) -> dict[str, Any]:
-        x, y = min(way_out.cells, key=lambda one: (abs(one[0] - cell[0]) + abs(one[1] - cell[1]), one))
+        x, y = min(way_out.cells, key=lambda place: (abs(place[0] - cell[0]) + abs(place[1] - cell[1]), place))
         is_seen = not visible.isdisjoint(way_out.cells)
-        waiting = sum(len(there) - (one == cell) for one, there in seen.items() if _is_at(one, way_out.cells))
+        waiting = sum(len(there) - (place == cell) for place, there in seen.items() if _is_at(place, way_out.cells))
         return {"name": way_out.name, "x": x, "y": y, "seen": is_seen, "agents": waiting if is_seen else None}
 
 
@@ -164,4 +168,4 @@ def _described(zone: Zone) -> dict[str, Any]:
 
 
 def _is_at(cell: Cell, cells: Iterable[Cell]) -> bool:
-    return any(apart(cell, one) <= NEAR_AN_EXIT for one in cells)
+    return any(apart(cell, end) <= NEAR_AN_EXIT for end in cells)

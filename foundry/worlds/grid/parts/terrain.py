@@ -49,7 +49,7 @@ class Sight:
         """Return the rows as texts with one character per cell: the agent's own cell, a wall, food, and so on."""
         get = marks.get
         return [
-            "".join([one if isinstance(one, str) else "@" if one == own else get(one, FREE) for one in row])
+            "".join([mark if isinstance(mark, str) else "@" if mark == own else get(mark, FREE) for mark in row])
             for row in self.rows
         ]
 
@@ -79,9 +79,9 @@ class Ground:
             return "edge"
         return "wall" if cell in self.walls else None
 
-    def is_clear(self, one: Cell, other: Cell) -> bool:
+    def is_clear(self, first: Cell, other: Cell) -> bool:
         """Return whether no wall is between two cells; the order of the two does not matter."""
-        return not self.walls or self.walls.isdisjoint(_between(*sorted((one, other))))
+        return not self.walls or self.walls.isdisjoint(_between(*sorted((first, other))))
 
     def ways(self, cell: Cell) -> list[str]:
         """Return the directions from a cell without a wall or edge."""
@@ -102,7 +102,7 @@ class Ground:
                 tuple(self._glance(cell, (column, row), barred=barred) for column in range(x - side, x + side + 1))
                 for row in range(y + side, y - side - 1, -1)
             )
-            self._seen[cell] = Sight(rows, frozenset(one for row in rows for one in row if not isinstance(one, str)))
+            self._seen[cell] = Sight(rows, frozenset(mark for row in rows for mark in row if not isinstance(mark, str)))
         return self._seen[cell]
 
     def _glance(self, cell: Cell, other: Cell, *, barred: bool) -> Cell | str:
@@ -122,17 +122,17 @@ class Ground:
         front = deque(ends)
         while front:
             cell = front.popleft()
-            for one in next_to(cell):
-                if one in steps or self.stops(one) or one in closed or one in self.exits:
+            for neighbour in next_to(cell):
+                if neighbour in steps or self.stops(neighbour) or neighbour in closed or neighbour in self.exits:
                     continue
-                steps[one] = steps[cell] + 1
-                front.append(one)
+                steps[neighbour] = steps[cell] + 1
+                front.append(neighbour)
         return steps
 
 
-def _between(one: Cell, other: Cell) -> Iterator[Cell]:
+def _between(first: Cell, other: Cell) -> Iterator[Cell]:
     """Yield the cells on the straight line between two cells, without these two (Bresenham 1965)."""
-    (x, y), (end_x, end_y) = one, other
+    (x, y), (end_x, end_y) = first, other
     wide, high = abs(end_x - x), -abs(end_y - y)
     right, up = (1 if end_x > x else -1), (1 if end_y > y else -1)
     error = wide + high
@@ -144,7 +144,7 @@ def _between(one: Cell, other: Cell) -> Iterator[Cell]:
         if doubled <= wide:
             error += wide
             y += up
-        if (x, y) == (end_x, end_y) or one == other:
+        if (x, y) == (end_x, end_y) or first == other:
             return
         yield x, y
 
@@ -232,7 +232,11 @@ class WayOut:
         fields = [self._field(index, frozenset()) for index in range(len(self._exits))]
         distances = [[field.get(cell, FAR) for field in fields] for cell in self._start.values()]
         departures = soonest_departures(distances, [exit_zone.capacity for exit_zone in self._exits])
-        return {agent: one.exit for agent, one in zip(self._start, departures, strict=True) if one is not None}
+        return {
+            agent: departure.exit
+            for agent, departure in zip(self._start, departures, strict=True)
+            if departure is not None
+        }
 
     def ways(self, agent: int, cell: Cell, burning: frozenset[Cell]) -> list[str]:
         """Return the directions on a shortest way to an agent's exit, around burning cells if possible.
@@ -247,13 +251,13 @@ class WayOut:
 
     def ways_to(self, names: Collection[str], cell: Cell, burning: frozenset[Cell]) -> list[str]:
         """Return the directions on a shortest way to the nearest exit with one of these names."""
-        return self._to([index for index, one in enumerate(self._exits) if one.name in names], cell, burning)
+        return self._to([index for index, way_out in enumerate(self._exits) if way_out.name in names], cell, burning)
 
     def _to(self, indices: Sequence[int], cell: Cell, burning: frozenset[Cell]) -> list[str]:
         for closed in (burning - {cell}, frozenset[Cell]()):
             fields = [field for field in (self._field(index, closed) for index in indices) if cell in field]
             if fields:
-                field = min(fields, key=lambda one: one[cell])
+                field = min(fields, key=lambda steps_by_cell: steps_by_cell[cell])
                 ends = {way: (cell[0] + dx, cell[1] + dy) for way, (dx, dy) in OFFSETS.items()}
                 return [way for way, end in ends.items() if field.get(end, FAR) < field[cell]]
         return []
@@ -293,10 +297,10 @@ class SpreadingFires:
         caught: dict[Cell, Fire] = {}
         for cell, fire in self.cells.items():
             if fire.spread:
-                for one in next_to(cell):
-                    burnable = self._ground.stops(one) is None and one not in self.cells
+                for neighbour in next_to(cell):
+                    burnable = self._ground.stops(neighbour) is None and neighbour not in self.cells
                     if burnable and self._rng.random() < fire.spread:
-                        caught.setdefault(one, fire)
+                        caught.setdefault(neighbour, fire)
         for fire in self._fires:
             if fire.start == step and fire.position not in self.cells:
                 caught[fire.position] = fire
