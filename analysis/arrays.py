@@ -50,6 +50,6 @@ class Decisions:
         return bool(self.readable.all())
 
     def only_readable(self) -> Self:
-        """Return the run with only readable decisions counted."""
+        """Return a copy of the run in which measures count only readable decisions."""
         copy: Self = replace(cast(Any, self), readable_only=True)
         return copy

@@ -261,7 +261,7 @@ class Measurable:
 
 
 def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | None:
-    """Return a run, or None if it is incomplete or has no decisions, as some runs of 0.1 in unknown worlds.
+    """Return a run; None if it is incomplete or has no decisions, like some runs of foundry 0.1 in unknown worlds.
 
     Raises:
         InputError: the code of its form cannot be used, or lines do not fit the form.

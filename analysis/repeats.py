@@ -10,7 +10,7 @@ from analysis.formulas import entropy, ratio, variety, weighted_mean
 from analysis.measure import Measure, Null, share
 
 _MOST_CHOICES = 9
-"""Largest number of different choices in any form."""
+"""Upper limit of the number of different choices of an agent; no form has more."""
 
 MEASURES = {
     "persistence": share("Same action again (share)", says="repeats its last action {more|less} often"),

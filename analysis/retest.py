@@ -1,9 +1,9 @@
 """Test-retest consistency: whether a model gives the same answer when it gets a prompt again.
 
-This consistency describes the model, not the world. It needs several runs that differ only in `sampling_seed`. Runs
-with different sampling seeds have equal prompts until their answers differ; later prompts may be equal again. Prompts
-are equal if the log of calls has the same text and images for them. So the measure is based on prompts that happened to
-repeat, most of them early in the runs.
+This consistency describes the model, not the world. To measure it, several runs must differ only in `sampling_seed`.
+Runs with different sampling seeds have equal prompts until their answers differ; later prompts may be equal again.
+Prompts are equal if the log of calls has the same text and images for them. The consistency is therefore measured in
+prompts that happened to repeat, most of them early in the runs.
 """
 
 import hashlib
@@ -127,7 +127,11 @@ def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *,
 
 
 def summary(counts: IntArray) -> dict[str, float]:
-    """Return the measures of counts of choices, (states, choices)."""
+    """Return the measures of consistency.
+
+    Args:
+        counts: how often each choice was made in each state, (states, choices).
+    """
     return {
         "prompts": float(len(counts)),
         "decisions": float(counts.sum()),

@@ -68,7 +68,7 @@ class Part:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of its code; docstrings, comments and empty lines do not count."""
+        """Hash of the module's code; docstrings, comments and empty lines do not count."""
         content = code_lines(self.file).encode() if self.file.suffix == ".py" else self.file.read_bytes()
         return hashlib.sha256(content).hexdigest()
 

@@ -13,20 +13,20 @@ A module defines
   the first headline measure is tested. Policies that do not differ in the signature's subject must not differ in any
   headline measure; `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
-- optionally `applies(run) -> bool`, if the signature has a meaning only in some worlds of the form. It says whether the
-  run's world is one of them, by the declarations and settings of the world and never by events in the run;
+- optionally `applies(run) -> bool`, if the signature has a meaning only in some worlds of the form. The function says
+  whether the run's world is one of them, by the world's declarations and settings and never by events in the run;
 - optionally `PRIMARY = False`, if the signature is tested only when declared;
 - optionally `LABEL`, the label from which the measures are computed; the measures in `UNLABELLED` need no label;
 - optionally `correct(run, correction)`, which returns the measures corrected by people's labels.
 
-Modules of several forms with one `NAME` are one signature: a name has one meaning in all forms. If there is a module
-for a form and a module for any form with this name, the form's own module measures its runs.
+Modules of several forms with one `NAME` are one signature: a name has one meaning in all forms. If a signature has a
+module for one form and a module for any form, the form's own module measures the runs of this form.
 
 Every measure exists twice: over all decisions as `<signature>.<measure>`, and over readable decisions (outcome `chosen`
 or `repaired`) as `<signature>.<measure>_readable`. A module uses only the decisions in `run.counted` and
 `run.message_counted`. Means over states weight each state by the number of counted decisions that led to it. A value of
-one agent in a state counts if the agent's own counted decision led there. A pair of decisions counts if both decisions
-count.
+one agent in a state counts if the agent's own counted decision led to this state. A pair of decisions counts if both
+decisions count.
 """
 
 import math
@@ -272,7 +272,7 @@ def is_readable_only(column: str) -> bool:
 
 
 def is_of_form(column: str, run: type) -> bool:
-    """Return whether a column's signature has a module for exactly this class of runs; a module for any form is not."""
+    """Return True if a column's signature has a module for exactly this class of runs, not only one for any form."""
     part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 

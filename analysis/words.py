@@ -6,7 +6,7 @@ import unicodedata
 LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
 """Letters that may not stand directly before or after a whole word.
 
-Scripts that write no blanks between words, such as Japanese, are not among these letters.
+LETTERS contains no letters of scripts that write no blanks between words, such as Japanese.
 """
 
 _STRUCTURE = re.compile(r"\\.|\[(?:\\.|[^\]])*\]|[()|]")

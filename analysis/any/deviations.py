@@ -183,11 +183,10 @@ def _kind(decisions: Decided, agents: int) -> _Kind | None:
 
 
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
-    """Return the sum over agents of the product of both deviations, minus its mean over all shuffles, (R,).
+    """Return how well agents' deviations in the first and in the last third of the run agree, (R,).
 
-    An agent's two deviations are those in the first and in the last third of the run.
-
-    The first value is for the actual agents, the others are for shuffled ones.
+    It is the sum of their products over agents, minus the mean of this sum over all shuffles. The first value is for
+    the actual agents, the others are for shuffled agents.
     """
     by_chance = float((first.sum(axis=0) * last.sum(axis=0)).sum()) / len(first)
     products = (first @ last.T).ravel()

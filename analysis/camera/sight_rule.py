@@ -10,8 +10,8 @@ the target:
 3. If the last cue before the mention is a cue of seeing, the clause is a claim ("I see a hatch and the JAXA logo"). A
    cue of searching or going makes no claim ("looking for", "towards"). A cue of seeing makes no claim if a denial,
    doubt or search stands at most two words before it ("do not yet see", "if I see", "to see").
-4. Sometimes the clause has no cue, at most three words before the mention, and no word behind it. If so, the cue of the
-   clause before decides ("I see a hatch, a rack and the JAXA logo").
+4. In a list, the cue of an earlier clause decides ("I see a hatch, a rack and the JAXA logo"). A clause continues a
+   list if it has no cue, at most three words before the mention, and no word behind it.
 
 A reply claims to see the target if at least one of its clauses does. A question, or a thought between `<think>` tags,
 is never a claim. "I know where the JAXA logo is" claims to know the place of the target, not to see the target.

@@ -46,7 +46,7 @@ To find the kind of a labelled thing, foundry looks up the last words of its lab
 """
 
 AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
-"""Names of things that also have other meanings ("it is safe"). A name counts only if the scene has such a thing."""
+"""Names of things that also have other meanings ("it is safe"); a name counts only if its thing is in the scene."""
 
 THE_TARGET = "(?:the|my|our) (?:target|goal object|target object)|ターゲット|目標物?|対象物?"
 """Expressions that mean the target of any walk."""

@@ -52,7 +52,7 @@ def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
 
 
 def pairs_of(contrasts: pd.DataFrame, measure: str, names: Mapping[str, str]) -> list[Pair]:
-    """Return the paired differences of one measure, computed with unreadable decisions too."""
+    """Return the paired differences of one measure over all decisions, including unreadable ones."""
     rows = contrasts[(contrasts["measure"] == measure) & ~contrasts["readable_only"].astype(bool)]
     return [_pair(row, names) for row in rows.to_dict("records")]
 

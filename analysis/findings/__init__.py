@@ -1,1 +1,1 @@
-"""Findings: differences by size, each with numbers, standing and example moments, written to `findings.json`."""
+"""Findings: differences, the largest first, with numbers, claims and example moments, written to `findings.json`."""

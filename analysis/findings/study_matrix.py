@@ -96,7 +96,10 @@ def matrix(
     validation: pd.DataFrame,
     measures: Sequence[str],
 ) -> Matrix:
-    """Return the matrix of groups by worlds, or, with only one world, by the first MOST_MEASURES measures."""
+    """Return a table with a row per group and a column per world.
+
+    With only one world, it has a column for each of the first MOST_MEASURES measures.
+    """
     worlds = _worlds(members)
     names = list(dict.fromkeys(worlds.values()))
     keys = _row_keys(

@@ -209,7 +209,7 @@ def _comings_and_goings(
 
 
 def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
-    """Join the states before and after each step to the states at the start and after each step, (T + 1, N).
+    """Return the states at the start and after each step, (T + 1, N), from the states before and after each step.
 
     An agent that has not joined yet has its first state, and an agent that is gone its last. All arguments are (T, N).
     """

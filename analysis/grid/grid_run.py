@@ -22,7 +22,7 @@ FURTHER_ACTIONS = ("gather", "share", "attack", "reproduce")
 """The further actions of an agent in a world with energy."""
 
 NO_EXIT = -1
-"""Stands for the index of an exit where an agent does not leave the world."""
+"""Index of the exit of an agent that does not leave the world."""
 
 HEADINGS: IntArray = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)], dtype=np.int64)
 """Change of (x, y) by each action in CHOICES, (5, 2)."""
@@ -230,12 +230,12 @@ class GridRun(Decisions):
 
     @cached_property
     def counted(self) -> BoolArray:
-        """Whether measures count each agent's decision on an action, (T, N): all count, or only readable ones."""
+        """True for decisions on an action that count in measures, (T, N): all decisions, or only readable ones."""
         return self.readable if self.readable_only else self.there
 
     @cached_property
     def message_counted(self) -> BoolArray:
-        """Whether measures count each agent's decision on a message, (T, N): all count, or only readable ones."""
+        """True for decisions on a message that count in measures, (T, N): all decisions, or only readable ones."""
         return self.message_readable if self.readable_only else self.there
 
     @property

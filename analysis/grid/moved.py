@@ -2,8 +2,8 @@
 
 The positions are drawn again many times, and each time the agents' recorded paths are measured against the new
 positions. Agents that ignore fires and places would take the same paths whatever positions are drawn. For agents that
-ignore fires and places, the actual positions are just one more draw. For them a measure minus its mean over the other
-draws is 0 on average, whatever habits they have.
+ignore fires and places, the actual positions are just one more draw. If agents ignore fires and places, a measure minus
+its mean over the other draws is therefore 0 on average, whatever habits the agents have.
 """
 
 from collections.abc import Callable, Iterator

@@ -2,7 +2,7 @@
 
 The random walker never stays: at every step it makes one of the legal moves, each equally likely. The blind agent stays
 whenever the run's agent stayed. When the run's agent moved, the blind agent draws a legal direction, with the
-frequencies that directions have in the run. Therefore it prefers the same directions as the agents of the run.
+frequencies that directions have in the run. The blind agent therefore prefers the same directions as the run's agents.
 """
 
 from functools import lru_cache
@@ -123,7 +123,9 @@ def _cells_table(side: int, horizon: int) -> FloatArray:
 
 
 def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
-    """Return the mean weight of the given cells that a random walker visits, by number of moves and cell of the start.
+    """Return how many of the given cells a random walker visits on average, by number of moves and cell of the start.
+
+    Each visited cell counts with its weight.
 
     The weight of a cell is the number of its images under the symmetries of the square, divided by eight.
 

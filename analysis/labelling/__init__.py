@@ -49,7 +49,7 @@ TextSet = Literal["tuning", "held_out"]
 """The use of a hand-labelled text: to tune the rule, or only to test it."""
 
 Writing = Literal["beside_rule", "apart"]
-"""The origin of a text: written by the rule's author, or apart from the rule in the styles of many writers."""
+"""The origin of a text: written by the rule's author, or independently of the rule in the styles of many writers."""
 
 
 class HandLabelled(msgspec.Struct, frozen=True):
@@ -114,7 +114,7 @@ RULE_AGREEMENT = Agreement(
 )
 """Agreement of the rule's labels with labels by hand, on texts that were not used to write the rule.
 
-A test checks these numbers; computing them takes a second.
+A test checks the numbers of this agreement, because computing them takes a second.
 """
 
 
@@ -156,7 +156,7 @@ class Labelling:
     own: tuple[OwnLabel, ...] = ()
 
     def note(self) -> str:
-        """Return a note on the labels of warnings and their accuracy."""
+        """Return a note: who labelled messages as warnings, and how accurate these labels are."""
         found = self.agreement
         missing = f", {found.unlabelled} of them without a label because {self.unlabelled}" if found.unlabelled else ""
         said = f"{self._whose()}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"

@@ -41,7 +41,7 @@ _PRIOR = 0.5
 CellKey = tuple[int, str, str, bool]
 """Key of a cell, a set of texts that share one rate of a choice.
 
-It contains the number of the sample, the model, the stratum, and whether the agent knew of a fire.
+The key contains the number of the sample, the model, the stratum, and whether the agent knew of a fire.
 """
 
 

@@ -19,7 +19,7 @@ from foundry.labels.sampling import NEAR, REST, shares_of, stratum_of
 from foundry.storing.store import SweepFolder
 
 DIFFERENCES = (0.05, 0.1, 0.15, 0.2, 0.3)
-"""Differences between two models in the share of the label's first choice; the table has a row for each."""
+"""Differences between two models in the share of the label's first choice; the table has a row per difference."""
 USUAL_ERROR = 0.15
 """The error rate that is assumed for the rule in a stratum without labels by people."""
 _STEP = 10

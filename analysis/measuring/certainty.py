@@ -1,6 +1,6 @@
 """Computes the certainty of decisions from the log-probabilities that `model.logprobs` records.
 
-If they are recorded, `steps.parquet` has three more columns. `probability` is the share of the chosen label in the
+With log-probabilities, `steps.parquet` has three more columns. `probability` is the share of the chosen label in the
 total probability of the declared labels. `entropy` is the entropy of the probabilities of the declared labels, in bits.
 `covered` is the total probability of the declared labels. The columns are empty if no single token decides: for a
 number, for a label that occurs several times or never in the reply, and for labels with a common beginning.

@@ -120,7 +120,7 @@ class Memory:
 
 @contextmanager
 def open_memory(path: Path) -> Iterator[Memory]:
-    """Open the cache; a damaged file is replaced by a new one, and a file that cannot be used by a temporary cache."""
+    """Open the cache; a damaged file is replaced by a new one. If no file can be used, the cache is temporary."""
     memory = _opened(path)
     try:
         yield memory

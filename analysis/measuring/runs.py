@@ -139,13 +139,13 @@ _NONE = Values({})
 
 
 def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
-    """Return the columns of `steps.parquet` that the given runs need, as one schema per form and declaration."""
+    """Return the columns of `steps.parquet` for the given runs, with one schema for each set of declared decisions."""
     declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
     return [*(form_of(one.form).schema(one) for one in declared.values()), *columns_of(runs)]
 
 
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
-    """Yield the results of every run, in order; the cache gives known results, and keeps only these runs."""
+    """Yield the results of every run, in order, if possible from the cache; then remove other runs from the cache."""
     seen: set[str] = set()
     for source in sources:
         folders = source.folder.runs()
@@ -175,7 +175,7 @@ def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measu
 
 
 def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
-    """Measure a part of a sweep in another process, which may not know your own folders yet."""
+    """Measure some runs of a sweep in another process, after telling it the folders of your own parts."""
     use_only(own)
     return [_measured(folder, labelling) for folder in part.runs()]
 

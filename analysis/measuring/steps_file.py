@@ -12,7 +12,7 @@ from analysis.form import Records
 _RUN, _SWEEP = ("run", pa.string()), ("sweep", pa.string())
 
 _ROWS_AT_ONCE = 65_536
-"""Number of steps per row group; a group per run would take several times as long."""
+"""Number of steps per row group of the Parquet file; one row group per run would take several times as long."""
 
 SAID = "said"
 """The column that says whether the agent sent a message; the text is left out."""

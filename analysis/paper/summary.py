@@ -1,4 +1,4 @@
-"""Writes the findings in at most twelve sentences: declared rows only, each with its limitations."""
+"""Writes the findings in at most twelve sentences: declared comparisons only, each with its limitations."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

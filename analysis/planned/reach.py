@@ -50,7 +50,7 @@ class Reach:
         return sure_effect(self.seeds, self.pairs, self.measures) if self.is_enough else math.nan
 
     def line(self) -> str:
-        """Return the power in words."""
+        """Return the power of the tests in words."""
         pairs = f"{counted(self.pairs, 'pair')} of {self.factor}s need" + "s" * (self.pairs == 1)
         needed = f"{pairs} at least {self.fewest} seeds"
         if not self.is_enough:

@@ -36,7 +36,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A picture in the requested formats; other formats are empty."""
+    """A picture in the requested formats; the fields of other formats are empty."""
 
     picture: Picture
     svg: str = ""

@@ -15,7 +15,7 @@ from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
 
 _KEY_WIDTH = 46
 _HEAT_IN = 1.6
-"""Width of a heatmap beside the names of its rows, inches."""
+"""Width of a heatmap without the names of its rows, inches."""
 
 
 def new_figure(height: float) -> Figure:

@@ -40,7 +40,7 @@ class Pair:
 
     @property
     def mark(self) -> str:
-        """A star for a significant difference, a tilde for equality."""
+        """The mark of a pair: a star for a significant difference, a tilde for equality."""
         return ("*" if self.significant else "") + ("~" if self.equivalent else "")
 
 

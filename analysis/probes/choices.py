@@ -18,7 +18,7 @@ from foundry.storing.store import RunFolder
 NONE = "none"
 """The name that stands for no edit, and for the unchanged format of a prompt."""
 PROBABILITIES, REPEATS = "probabilities", "repeats"
-"""Source of the shares of choices in a moment: probabilities of one reply, or repeated calls."""
+"""The share of a choice in a moment comes from the probabilities of one reply, or from repeated calls."""
 
 
 class MomentKey(NamedTuple):
@@ -46,7 +46,7 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """The facts about an edit.
+    """The quantity that an edit sets, and the actions that are expected after the edit.
 
     Attributes:
         leaves: `invariance`, `equivariance` or `cause`.
@@ -110,7 +110,7 @@ class Answers:
         return {one: count / counts.total() for one, count in counts.items()} if told is None else told.expected
 
     def by(self, asked: Asked, key: MomentKey) -> str:
-        """Return the source of a moment's shares."""
+        """Return whether the shares of choices in a moment come from probabilities or from repeated calls."""
         return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
@@ -118,7 +118,7 @@ class Answers:
         return self.chosen.get(Asked(subject, edit, format), {})
 
     def edited(self) -> Iterator[tuple[Subject, Change]]:
-        """Yield each pair of a subject and an edit."""
+        """Yield each pair of a subject (a model with its prompt) and an edit."""
         return (pair for pair in itertools.product(self.names, self.changes.values()) if pair[1].is_edit)
 
     def expected(self, subject: Subject, change: Change) -> Chosen:

@@ -74,7 +74,10 @@ class Compared:
 
 
 def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
-    """Compare each pair of models with prompts in the moments without edits; return the names and the comparison."""
+    """Compare each pair of subjects in the moments without edits, and return the names and the comparison.
+
+    A subject is a model with its prompt.
+    """
     return [
         (
             {"first": answers.names[first], "second": answers.names[second]},
@@ -96,7 +99,7 @@ def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
 
 
 def excess_of(by_seed: FloatArray) -> dict[str, float]:
-    """Return the mean of excesses, (seeds,), with its interval, p of a one-sided sign-flip test, and effect sizes."""
+    """Return the mean over seeds of the distance minus its floor, with interval, one-sided test and effect sizes."""
     found = estimate(by_seed, -1.0, 1.0, beside_sign_flips=True, level=EXCESS_LEVEL)
     return {
         "excess": found.mean,
@@ -117,7 +120,7 @@ def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterabl
 
 
 def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
-    """Return the mean over the moments of each seed, (seeds,), sorted by seed. Seeds are the independent units."""
+    """Return for each seed the mean over its moments, (seeds,), sorted by seed, because seeds are independent units."""
     found: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
         found[key.seed].append(value)

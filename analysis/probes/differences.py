@@ -1,7 +1,7 @@
 """Converts the comparisons of a probe to the table of contrasts that the analysis of sweeps reads.
 
 A row compares a distance between choices (`mean_level`) with the distance expected by chance (`mean_reference`). The
-column `difference` is the distance minus the distance by chance; its interval and its one-sided test are the probe's.
+column `difference` is the distance minus the distance by chance, with the interval and the one-sided test of the probe.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,7 +39,7 @@ CAPTION = (
 
 
 def contrasts_of(frames: Mapping[str, pd.DataFrame], declared: Family, *, planned: bool, known: str) -> pd.DataFrame:
-    """Return the table of contrasts of a probe: differences between models, by edits, and between formats.
+    """Return the table of contrasts of a probe: between models, between an edit and no edit, and between formats.
 
     Args:
         frames: the tables `agreement`, `edits`, `formats` and `moments` of the probe.

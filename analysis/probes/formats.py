@@ -54,7 +54,7 @@ class Formatted:
         return np.asarray(self.counts[:, 0].sum(axis=1))
 
     def of(self, choice: str) -> IntArray:
-        """Return the count of one choice (moments, formats)."""
+        """Return how often one choice was made in each moment and format, (moments, formats)."""
         if choice not in self.choices:
             return np.zeros(self.counts.shape[:2], dtype=np.int64)
         return self.counts[..., self.choices.index(choice)]

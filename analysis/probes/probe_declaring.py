@@ -44,7 +44,7 @@ class Family:
 
     @property
     def is_given(self) -> bool:
-        """True if anything is declared."""
+        """True if models or edits are declared."""
         return bool(self.models or self.edits)
 
     @classmethod

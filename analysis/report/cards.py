@@ -1,4 +1,4 @@
-"""The cards of the first screen: each shows a finding as a sentence, a strip of the values, and an example moment."""
+"""The cards of the first screen: each has a finding as a sentence, a small plot of values, and an example moment."""
 
 import difflib
 import math

@@ -47,7 +47,7 @@ class Material:
 
     @cached_property
     def labelled_by(self) -> list[Labelling]:
-        """The labels of warnings, one per run."""
+        """For each run, who labels messages as warnings."""
         return list(self.labellings.values())
 
     @cached_property

@@ -168,7 +168,7 @@ def values_grid(found: Material, base: Path) -> Grid:
 
 
 def variance_grid(found: Material) -> Grid | None:
-    """Return the shares of variation of the headline measures by setting and seed; None if nothing varies."""
+    """Return which share of each headline measure's variation comes from each setting and the seed, or None."""
     headline = [name for names in found.analysis.compared.headlines.values() for name in names]
     rows = found.analysis.variance[found.analysis.variance["measure"].isin(headline)]
     components = list(dict.fromkeys(rows["component"]))

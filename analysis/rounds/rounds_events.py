@@ -1,4 +1,4 @@
-"""Events of worlds in rounds: the first round of different decisions, crowded evenings, the end of a stock."""
+"""Events of worlds in rounds: the first round in which agents decide differently, crowded evenings, a used-up stock."""
 
 from collections import Counter
 from collections.abc import Iterator

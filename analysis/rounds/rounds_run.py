@@ -11,7 +11,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray, TextArray
 
 Values = TypeVar("Values", BoolArray, IntArray, FloatArray)
 NONE = -1
-"""Stands for the index of a choice if there is none."""
+"""Index of the choice of a decision that chose nothing."""
 
 
 @dataclass(frozen=True)

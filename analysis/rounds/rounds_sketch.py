@@ -11,7 +11,7 @@ from analysis.rounds.rounds_run import RoundsRun
 
 
 def sketch(runs: Sequence[tuple[Shown, RoundsRun]], steps: Sequence[int] | None) -> Figure:
-    """Draw a row per agent of each run, with its decisions of the first kind; `steps` limits the shown rounds."""
+    """Draw a row per agent of each run, with its answers to the first kind of question; `steps` limits the rounds."""
     kind = kinds_of(runs[0][1])[0]
     labels = runs[0][1].declared.actions[kind].labels
     figure = lanes_figure([Lanes(shown.label, run.id, values_of(run, kind), labels) for shown, run in runs])

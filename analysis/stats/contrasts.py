@@ -109,7 +109,7 @@ def _servers(
 
 
 def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.DataFrame, Estimates]:
-    """Return the columns that can be computed for each row alone, and the estimates behind them.
+    """Return the columns of the contrasts whose values depend on one row only, and the means with their intervals.
 
     The numbers of a declared row come from the look at which its result was decided.
     """

@@ -38,7 +38,7 @@ class Pair:
 
 
 def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
-    """Return the factors: the columns except seeds that differ between groups."""
+    """Return the factors: the columns, other than seeds, in which groups differ."""
     frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
     found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
     return tuple(factor for factor in found if len(factor.levels) > 1)
@@ -72,7 +72,7 @@ def _pairs_of(values: SeedValues, factor: Factor, factors: Sequence[Factor], own
 
 
 def _with_baselines(values: SeedValues, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:
-    """Yield each group with each baseline of its context.
+    """Yield each group with each baseline that has the same other settings, such as the same world.
 
     A baseline may lack a swept setting; for example, a scripted policy reads no prompt. Such a baseline is compared
     with all values of the setting.

@@ -24,7 +24,7 @@ _VALUES_AT_ONCE = 2**18
 
 @dataclass(frozen=True)
 class Paired:
-    """The pairs of R rows, one row per measure and pair of groups.
+    """The values of two groups by seed, in R rows: one row per measure and pair of groups.
 
     Attributes:
         pair: the pairs of groups, by row.

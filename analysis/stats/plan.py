@@ -81,7 +81,7 @@ class Plan:
 
 
 def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of these rows, and `p_claim`, before corrections.
+    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of these rows, and `p_claim`, the p value of a claim.
 
     `p_claim` of a row of the family is corrected over the measures of its pair. For a declared row it is the least
     overall error at which any look so far was significant. `look` of such a row is the look at which a difference was

@@ -241,7 +241,7 @@ def simulated_p(
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
-    """Return upper confidence bounds (k,) of standard deviations `sd` (k,), each from n normal values, at CAUTION."""
+    """Return upper bounds (k,), with confidence CAUTION, for k standard deviations that n normal values each gave."""
     from scipy.special import chdtri
 
     freedom = np.maximum(n - 1, 1)

@@ -3,7 +3,7 @@
 The test statistic of n pairs is treated as a sum of n independent steps of variance 1. The probability density of this
 sum is computed for each look from the look before (Armitage, McPherson and Rowe 1969). All looks together may err with
 probability alpha. The looks until n of N pairs may err with probability alpha n / N (Lan and DeMets 1983).
-`benchmarks/calibration.md` shows how often sign-flip and t tests at these levels err if nothing differs.
+`benchmarks/calibration.md` shows how often sign-flip and t tests with several looks err if nothing differs.
 """
 
 from collections.abc import Sequence

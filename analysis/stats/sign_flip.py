@@ -12,7 +12,7 @@ from foundry.seeding import stream
 EXACT_UP_TO = 16
 """Number of pairs up to which all 2^n assignments of signs are used."""
 DRAWS = 9_999
-"""Number of random assignments that are used for more pairs."""
+"""Number of random assignments of signs that are used for more than EXACT_UP_TO pairs."""
 _AT_ONCE = 256
 """Number of assignments of signs whose test statistics are in memory at once."""
 _ROWS_AT_ONCE = 64
@@ -40,13 +40,13 @@ def assignments(n: int) -> npt.NDArray[np.int8]:
 
 
 def sign_blocks(n: int) -> Iterator[FloatArray]:
-    """Yield the assignments of n signs in blocks (draws, n)."""
+    """Yield all rows of `assignments(n)`, in blocks of rows (draws, n)."""
     signs = assignments(n)
     return (signs[start : start + _AT_ONCE].astype(np.float64) for start in range(0, len(signs), _AT_ONCE))
 
 
 def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
-    """Return p of the observed statistics (rows,), given the statistics under all assignments of signs.
+    """Return the p value of each observed statistic, (rows,), from the statistics under all assignments of signs.
 
     Each block (rows, draws) has the statistics under some of the assignments.
 
@@ -126,7 +126,7 @@ def upper_sign_flip_p(values: FloatArray) -> FloatArray:
 
 
 def least_p(n: int) -> float:
-    """Return the smallest p that n pairs can reach."""
+    """Return the smallest p value that a test of n pairs can have."""
     return 2.0 ** (1 - n) if n <= EXACT_UP_TO else max(2.0 ** (1 - n), 1 / (DRAWS + 1))
 
 

@@ -50,7 +50,7 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
 
 
 def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
-    """Correct p of rows (R,) for all tested measures of their pair; NaN stays NaN."""
+    """Correct the p value of each row, (R,), for the number of tests of its pair of groups; NaN stays NaN."""
     found = np.full(len(p), np.nan)
     rows_by_pair: dict[Pair, list[int]] = {}
     for row in np.flatnonzero(~np.isnan(p)).tolist():

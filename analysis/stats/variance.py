@@ -19,7 +19,7 @@ SEED, RESIDUAL = "seed", "residual"
 CONFOUNDED = "cannot be separated from the other components"
 NEGATIVE = "estimate below 0, shown as 0"
 _RANK = 1e-9
-"""An eigenvalue below this part of the largest one counts as 0."""
+"""An eigenvalue counts as 0 if it is smaller than _RANK times the largest eigenvalue."""
 _AT_ONCE = 64
 """Number of measures whose variance is split into components at once; a small number saves memory."""
 _DIGITS = 9

@@ -54,7 +54,7 @@ class Comparison:
         return {name: measures for name, measures in columns.items() if measures}
 
     def describe(self, measure: str) -> Measure:
-        """Return the description of a measure; if all groups with the measure have the same form, the form's own."""
+        """Return the description of a measure, from the module of the groups' form if they all have one form."""
         runs = {run for group, run in self.runs.items() if (measure, group) in self.estimates}
         return describe(measure, runs.pop() if len(runs) == 1 else None)
 

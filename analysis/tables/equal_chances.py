@@ -60,7 +60,7 @@ def equal_chances_table(frame: pd.DataFrame) -> Table:
 
 
 def _families(compared: Comparison) -> Iterator[tuple[str, list[str]]]:
-    """Yield the common name and the columns of each family of mutually exclusive measures, over all decisions."""
+    """Yield each set of measures that exclude each other, such as the shares of names: common name, and columns."""
     present = list(dict.fromkeys(measure for measure, _ in compared.estimates))
     for signature in discover():
         mine = [one for one in present if one.startswith(f"{signature.name}.")]

@@ -22,7 +22,7 @@ _LONGEST_PIECE = 9
 _MOST_ON_A_PAGE = 40
 """Maximum number of rows of a table on one page."""
 _BREAKING = "/_=:@+,.-"
-"""Characters after which a text may be broken before a letter."""
+"""A line may end after one of these characters if a letter follows."""
 _LATEX = {
     "\\": r"\textbackslash{}",
     "{": r"\{",

@@ -22,7 +22,7 @@ FEWEST_VALUES = 3
 
 
 def thresholds(compared: Comparison) -> pd.DataFrame:
-    """Return a row per outcome, swept setting and group of the other settings.
+    """Return a row per outcome, swept setting and combination of the other settings.
 
     Outcomes are measures that are 1 or 0 in each run. A setting is a swept number with at least three values.
 

@@ -92,7 +92,7 @@ def facts_of(world: str) -> Facts | None:
 
 
 def all_facts(worlds: tuple[str, ...] = ()) -> Iterator[Facts]:
-    """Yield the known results of the given worlds, by default of all worlds that have some.
+    """Yield the known results of the given worlds, by default of all worlds with known results.
 
     Raises:
         InputError: a world has no known results, or a file cannot be read.

@@ -10,7 +10,7 @@ from foundry.storing.store import SweepFolder
 
 
 def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
-    """Return the values of some measures, by measure, with one value per run of a sweep.
+    """Return for each of some measures its values in the runs of a sweep, one value per run.
 
     Raises:
         RecordError: a measure does not exist, or is undefined in a run.

@@ -22,7 +22,7 @@ HEADLINE = ("beyond_shuffled",)
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return how far the agents of a run differ lastingly in their counted actions.
+    """Return how far agents differ from each other in their counted actions through a whole run.
 
     An action that is a label becomes a column per possible label, with 1 for the chosen one; a number is one column.
     Each action is compared with the other agents' actions at the same moment, so common behaviour cancels out. A moment

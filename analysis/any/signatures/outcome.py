@@ -27,7 +27,7 @@ HEADLINE = ("readable", "message_readable", "repaired")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
-    """Return the outcomes of a run's calls.
+    """Return the share of each outcome among a run's calls.
 
     Action calls are the calls of kinds for which the world declares actions, or all calls if it declares none. All
     other calls are message calls, which are measured only if agents can send messages.

@@ -27,7 +27,7 @@ MEASURES = {
 HEADLINE = ("sdtw", "legs")
 
 REACHED_M = 1.0
-"""Maximum distance from the end of a leg at which the leg counts as walked, seen from above, metres."""
+"""A leg counts as walked if the path comes at least this near to the end of the leg, seen from above, metres."""
 
 
 def applies(run: CameraRun) -> bool:

@@ -26,7 +26,7 @@ def efficiency(shortest: float, length: float) -> float:
 
 
 def straightness(path: FloatArray, length: float) -> float:
-    """Return the distance between a path's ends over its length, 0..1, path (k, 2); NaN below a millimetre."""
+    """Return the distance between the ends of a path (k, 2), divided by its length, 0..1; NaN below a millimetre."""
     if length < STILL_M:
         return math.nan
     return min(math.dist(path[0], path[-1]) / length, 1.0)

@@ -1,4 +1,4 @@
-"""Stability: how much an agent's next command depends on its last one."""
+"""Stability: how much an agent's next command depends on its previous one."""
 
 import numpy as np
 

@@ -42,10 +42,7 @@ SAME_PLACE_M = 0.05
 """Maximum distance between two positions of the foot that count as one place, metres."""
 
 SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
-"""Two views count as equal if their angle is at most SAME_VIEW_DEG, and as different if it is at least OTHER_VIEW_DEG.
-
-Both limits are in degrees.
-"""
+"""Angles between two views, degrees: up to the first, the views count as equal; from the second, as different."""
 
 
 def measure(run: CameraRun) -> dict[str, float]:

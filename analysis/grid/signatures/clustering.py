@@ -43,7 +43,7 @@ class Closeness:
 
 @dataclass(frozen=True)
 class Placements:
-    """How close to each other agents are on average in DRAWS random placements.
+    """Mean distances between agents that are placed at random, over DRAWS placements.
 
     Attributes:
         nearest: mean distance to the nearest other agent, over agents and placements, cells.

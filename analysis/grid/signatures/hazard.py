@@ -308,9 +308,9 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def _contrast(total: int, away: int, control: float) -> dict[str, float]:
-    """Compare how often agents moved away from a fire that they perceived and, at similar decisions, before the fire.
+    """Compare how often agents moved away from a fire at exposed decisions and at their controls.
 
-    The decisions before the fire are the controls of the exposed decisions.
+    Before an exposed decision, the agent perceives the fire. A control is a similar decision before the fire.
 
     Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So the
     logarithms are defined for all counts, and their bias is of second order. The mean of plain ratios would be above 1
@@ -356,7 +356,10 @@ def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
 
 
 def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArray) -> dict[str, float]:
-    """Return the coefficients of the choice of a move; `rows` are the exposed decisions that request a move."""
+    """Return coefficients that say how the distances to fire, places and agents change which move an agent chooses.
+
+    `rows` are the exposed decisions that request a move.
+    """
     names = ("beta_fire", "beta_place", "beta_agent")
     if len(rows) < FEWEST_CHOICES:
         return {**dict.fromkeys(names, math.nan), "n_choices": float(len(rows))}

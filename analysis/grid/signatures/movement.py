@@ -222,7 +222,7 @@ def _agent_changes(run: GridRun) -> FloatArray:
 
 
 def _ends(run: GridRun) -> tuple[IntArray, IntArray]:
-    """Return the columns and the rows after the actual step, then after each direction, (T, N, 5) each."""
+    """Return each agent's column and row after its actual step, then after a move in each direction, (T, N, 5) each."""
     to_x, to_y = moves_to(run.x[:-1], run.y[:-1])
     return (
         np.concatenate([run.x[1:, :, None], to_x], axis=2),

@@ -11,7 +11,7 @@ __all__ = ["HEADLINE", "MEASURES", "NAME", "READABLE_TOO", "measure"]
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the outcomes of a run's calls.
+    """Return the share of each outcome among a run's calls.
 
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
     - message_<outcome>: message calls with this outcome / message calls; 0..1.

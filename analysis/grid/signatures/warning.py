@@ -75,7 +75,7 @@ RELAY_WITHIN = 5
 """An agent relays a warning if it warns others at most this number of steps after it was told."""
 
 SHUFFLES = 100
-"""For `relay_above_chance`, labels are shifted in time at random this number of times."""
+"""Number of times that labels are shifted in time at random, to compute `relay_above_chance`."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -321,7 +321,7 @@ def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str
 
 
 def relays_of(run: GridRun, labels: BoolArray) -> Relays:
-    """Return how many agents passed warnings on; `labels` are S labellings of the M counted messages, (S, M)."""
+    """Return how many agents passed warnings on, for S ways of labelling the M counted messages, (S, M)."""
     said = run.spoke & run.message_counted
     warned = np.zeros((len(labels), *said.shape), dtype=np.bool_)
     warned[:, said] = labels

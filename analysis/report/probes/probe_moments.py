@@ -14,7 +14,7 @@ from foundry.errors import FoundryError
 SHOWN = 10
 """Maximum number of moments on the page."""
 _PLAIN = 0
-"""Index of the unedited moment."""
+"""Index of a moment without an edit."""
 _JPEG = b"\xff\xd8"
 
 

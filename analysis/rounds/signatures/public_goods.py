@@ -93,7 +93,10 @@ def _trend(shares: FloatArray) -> float:
 
 
 def _conditional(given: FloatArray, counts: BoolArray) -> float:
-    """Return the slope of contributions, (T, N), on the others' mean of the round before, detrended by agent."""
+    """Return how strongly an agent's contribution follows the mean contribution of the others in the round before.
+
+    It is a slope, computed after the linear trend of each agent over the rounds is removed.
+    """
     if len(given) < _FEWEST_ROUNDS or given.shape[1] < 2:
         return math.nan
     known = np.where(np.isnan(given), 0.0, given)
