@@ -44,7 +44,7 @@ class Sampling:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> "Sampling | None":
-        """Return how a server draws tokens with these parameters of a call; None if foundry cannot compute it."""
+        """Return the rule by which a server draws tokens in a call with these parameters; None if it is unknown."""
         options = {**parameters, **(parameters.get("options") or {})}
         temperature = options.get("temperature")
         is_neutral = all(options.get(name) in (None, value) for name, value in NEUTRAL.items())

@@ -88,7 +88,7 @@ def _run(argv: Sequence[str]) -> int:
 
 
 def _in_the_way(error: ImportError) -> FoundryError:
-    """Return the error that explains which foreign package has the name of foundry's package `analysis`."""
+    """Return the error that names the other package that Python finds instead of foundry's package `analysis`."""
     from foundry.own_code import ours
 
     try:

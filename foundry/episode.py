@@ -67,7 +67,7 @@ class Asker:
 
     @classmethod
     def create(cls, model: Model, prompt: Prompt, *, digest: str | None, seed: int) -> "Asker":
-        """Return an asker that hashes the model's parameters only once."""
+        """Return an asker, which hashes the model's parameters only now and not for each request."""
         keys = RequestKeys(model, digest)
         return cls(model, prompt, digest, seed, keys, model.parameters())
 
@@ -168,7 +168,7 @@ class _Episode:
     frame_every: int
 
     async def ask_round(self) -> bool:
-        """Play one round; return whether a model needed time for an answer."""
+        """Play one round; return whether an answer came from a server, which takes time, and not from the cache."""
         requests = [self.asker.request(question) for question in self.world.pending()]
         replies = await self.asker.ask_all(requests)
         calls = [self.asker.call(*pair) for pair in zip(requests, replies, strict=True)]

@@ -110,7 +110,7 @@ def expand_ranges(override: str) -> str:
 
 
 def named_formats(override: str) -> str:
-    """Put the default space before each number: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
+    """Put the default space of formats before numbers: `format=none,0-1` becomes `format=none,spread/0,spread/1`."""
     key, equals, value = override.partition("=")
     if not equals or key != FORMAT:
         return override

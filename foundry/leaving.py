@@ -16,7 +16,7 @@ class Departure:
 
 
 class _Doorway:
-    """Assigns agents to places in exits. An exit that lets out two agents per step has two places in each step."""
+    """Gives each agent a place: an exit and a step. An exit for two agents per step has two places per step."""
 
     def __init__(self, distances: Sequence[Sequence[int]]) -> None:
         self._distances = distances
@@ -48,7 +48,7 @@ class _Doorway:
         return False
 
     def _shift(self, agent: int, moves: Mapping[int, tuple[Departure, int | None]]) -> None:
-        """Give agents their new places, beginning with `agent`; each one takes the place of the next agent.
+        """Give `agent` its new place, then give the agent that loses this place a new one, and so on.
 
         `moves` contains each agent's new place, and the agent that has this place so far; None if the place is free.
         """
@@ -58,7 +58,9 @@ class _Doorway:
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
-    """Return the departures that bring most agents outside by every step, if no agent ever blocks another agent.
+    """Return the departures with which, at every step, as many agents are outside as possible.
+
+    No agent is assumed to block another on its way.
 
     An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
     together are a matroid (Edmonds and Fulkerson 1965). So filling places in the order of steps is optimal for every

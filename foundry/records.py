@@ -194,7 +194,7 @@ class GridStep(Record, frozen=True, kw_only=True):
         return (self.direction or self.action) if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
 
     def tally(self, counts: Counts) -> None:
-        """Count the step and two outcomes: of the reply with the decision, and of the reply with the message."""
+        """Add to `counts` this step and the outcomes of its two replies, with the action and with the message."""
         counts.steps += 1
         _increment(counts.outcomes, self.outcome)
         _increment(counts.message_outcomes, self.message_outcome)

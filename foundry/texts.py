@@ -14,7 +14,7 @@ _USER_ALONE = re.compile(
     r"(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
     re.IGNORECASE,
 )
-"""Finds a user and a password in an address without a scheme, as in `me:pw@host:11434`; ignores `qwen3:4b@50%`."""
+"""Finds user and password in an address without a scheme, as `me:pw@host:11434`, but not in `qwen3:4b@50%`."""
 _KEYS = r"[\w.-]*(?:password|passwd|pwd|token|key|secret|signature|sig|credential)"
 _IN_QUERY = re.compile(rf"(?<=[?&])({_KEYS}=)[^\s'\"&#]+", re.IGNORECASE)
 _PASSWORD = re.compile(r"\b((?:ssl)?password\s*=\s*)(?:'[^']*'|[^\s'\"&]+)", re.IGNORECASE)

@@ -39,7 +39,7 @@ SAME_SHARED, OTHER_SHARED = 0.8, 0.4
 If the share is at least the first threshold, the weights count as the same; if below the second, as different.
 """
 SAME_TEXT, OTHER_TEXT = 0.75, 0.1
-"""Two thresholds, for servers without log-probabilities: share of a text before its first difference from another text.
+"""Two thresholds for servers without log-probabilities, for the share of a reply before it first differs from another.
 
 If the share is at least the first threshold, the weights count as the same; if below the second, as different. The
 script `benchmarks/bench_llama.py` measures all six thresholds; docs/models.md shows the results.
@@ -153,7 +153,7 @@ class Distance:
 
 
 def listed(digest: str) -> str:
-    """Return the digest of the first weights, without the mark of later weights."""
+    """Return the digest that the server reports, without the mark that foundry adds for changed weights."""
     return digest.partition(MARK)[0]
 
 

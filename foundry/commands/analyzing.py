@@ -273,7 +273,7 @@ def looks_of(text: str) -> list[int]:
 
 
 def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, float]:
-    """Return the sizes by measure, given an option's texts of the form MEASURE=SIZE."""
+    """Parse texts of the form MEASURE=SIZE, the values of an option; return the size for each measure."""
     margins = {}
     for text in texts:
         measure, _, size = text.rpartition("=")

@@ -110,7 +110,7 @@ def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
 
 
 def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
-    """Yield lines about the pairs that need the most seeds: the number of seeds, and the measure that needs them."""
+    """Yield a line for each of the pairs that need the most seeds: how many seeds, and for which measure."""
     from analysis.stats.power import MOST_RECOMMENDED, pair_name, recommended
 
     rows = recommended(plan).sort_values("seeds", ascending=False, kind="stable")

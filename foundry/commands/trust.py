@@ -108,7 +108,7 @@ def diff(one: OneRun, other: OneRun, json: AsJson = False, config_dir: Mine = No
 
 
 def _print_drift(drift: Sequence[Drift]) -> None:
-    """Print a table of the steps from the first difference on: at most _ROWS of them, evenly spaced, with the last."""
+    """Print a table with a row per step, from the first step that differs to the last; of many steps, every k-th."""
     from rich.table import Table
 
     first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)

@@ -17,9 +17,9 @@ from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")
-"""Policies that ignore their observations; the baselines of a world contain the first that can act in it."""
+"""Policies that ignore their observations. The first one that can answer a world's questions is a baseline of it."""
 BOUNDS = ("scripted/stay", "scripted/oracle")
-"""The policy that does nothing, and the oracle; the baselines of a world contain each that can act in it."""
+"""The policy that does nothing, and the oracle. Each of them that can answer a world's questions is a baseline."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 

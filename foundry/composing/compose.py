@@ -21,7 +21,7 @@ from foundry.texts import one_line
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """Keys of a composed configuration that define a condition; the other keys say where and how to run."""
 _TAKEN_UP = ("seed", "schema")
-"""Keys that neither define a condition nor say how to run: seeds become runs, and models contain schemas."""
+"""Further keys, which do not remain in a condition: `seed` becomes runs, and `schema` becomes a part of the model."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")

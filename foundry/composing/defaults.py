@@ -1,8 +1,8 @@
-"""A user's own defaults: the parts of a run that the command line does not name, and where and how it runs.
+"""The user's own defaults: settings for what a command line leaves open, such as the model, server or runner.
 
 foundry writes the user's defaults into a copy of the primary configuration (`conf/config.yaml`). So a named sweep, a
-world's file and the command line override the user's defaults. Only defaults for runners and servers are set later,
-after Hydra has composed the configuration.
+world's file and the command line override the user's defaults. Only for runners and servers, foundry sets the
+user's defaults later, after Hydra has composed the configuration.
 """
 
 from collections.abc import Iterator, Mapping, Sequence, Set

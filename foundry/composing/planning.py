@@ -64,7 +64,7 @@ class _Silent:
 
 
 class _CacheOnly(Wrapper):
-    """A model that only gives cached answers. If one is missing, the episode ends or, if `silent`, gets ""."""
+    """A model that gives only cached answers. A missing answer ends the episode or, if `silent`, is an empty reply."""
 
     def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
@@ -100,7 +100,7 @@ def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tupl
 def plan(
     sweep: Sweep, infos: dict[str, ModelInfo], answers: Answers | None, folders: dict[str, RunFolder]
 ) -> list[PlannedRun]:
-    """Return the plan of each run."""
+    """Return, for each run, how many calls it will make and how many answers the cache has."""
     parts = [_Parts.of(condition.config) for condition in sweep.conditions]
     return [_planned(sweep.config(run), run, parts[run.condition], infos, answers, folders) for run in sweep.runs]
 

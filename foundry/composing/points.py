@@ -93,7 +93,7 @@ def show(
 def _folders(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder of the primary configuration, and overrides; the first override lists all other folders."""
+    """Yield the folder of the primary configuration, and the overrides. The first of them lists all other folders."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]

@@ -185,7 +185,10 @@ def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
 
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
-    """Add the worlds' declarations about records to a sweep; `here` is this sweep with paths of this machine."""
+    """Return the sweep with the forms, actions and record files that its worlds declare.
+
+    `here` is the same sweep, with paths of this machine.
+    """
     declared: dict[str, Declared] = {}
     known: list[Condition] = []
     for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):

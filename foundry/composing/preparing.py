@@ -37,7 +37,7 @@ OUTPUTS = Path("outputs")
 
 @dataclass(frozen=True)
 class OneRun:
-    """The work of one job of a launcher: job number n plays run number n of `spec`.
+    """Plays one run as a job of a launcher: job number n plays the run with index n in `spec`.
 
     Attributes:
         spec: input of every job.

@@ -18,7 +18,7 @@ from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
-"""Recorded keys of a run outside the groups world, model and prompt."""
+"""The other keys of a recorded configuration that overrides may change."""
 _AS_RECORDED = "as_recorded"
 """Name of the temporary option in each group that contains the recorded part."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")

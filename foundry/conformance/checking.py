@@ -140,7 +140,7 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 def _cases(
     config: Mapping[str, Any], seed: int, asked: tuple[Sequence[str], Sequence[str], Sequence[str]]
 ) -> Iterator[tuple[str, str, str, Callable[[], Any]]]:
-    """Yield for each part to check its key, title and kind, and a function that makes the data for its checks."""
+    """Yield the key, title and kind of each part that is checked, and a function that makes the data for its checks."""
     case, (chosen, measured, edited) = world_case(config, seed), asked
     cases = {"world": case, "prompt": case, "model": models.ModelCase(build, config["model"], case)}
     for kind in chosen:

@@ -27,7 +27,7 @@ class EditCase:
 
     @cached_property
     def questions(self) -> Sequence[Question]:
-        """Evenly spaced questions of an episode."""
+        """Questions for the checks: every k-th question of an episode, at most `MOST_TRIED` in all."""
         questions = list(self.world.usual.questions)
         return questions[:: max(-(-len(questions) // MOST_TRIED), 1)]
 

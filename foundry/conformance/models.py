@@ -50,7 +50,7 @@ class ModelCase:
 
 
 def says_its_name_and_kinds(case: ModelCase) -> None:
-    """The model has a name; its kinds of question are a tuple, or None for any kind."""
+    """The model has a name, and its attribute `kinds` is a tuple of kinds of question, or None for all kinds."""
     model = case.make()
     is_name = isinstance(model.name, str) and bool(model.name)
     require(is_name, f"the model's name is {model.name!r}: set self.name to a text")

@@ -87,7 +87,7 @@ def _outcomes(row: Any) -> Iterator[Outcome]:
 
 
 def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
-    """All replies that decide nothing have the same effect; only the recorded outcome differs."""
+    """All replies that choose no action have the same effect in the world; only their recorded outcomes differ."""
     for place in _places(case):
         kind, agent = place.question.kind, place.question.agent
         declared = kind in case.scenario.actions()
@@ -113,7 +113,7 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
 
 
 def gives_the_same_when_played_again(case: WorldCase) -> None:
-    """Two episodes with the same seed and the same unreadable replies are equal."""
+    """An episode with unreadable replies is the same if it is played again with the same seed and replies."""
     first, second = (case.played(_spoiled(case)).content() for _ in range(2))
     require(
         first == second,

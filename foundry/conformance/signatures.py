@@ -55,7 +55,7 @@ class Silent(Model):
 
 @dataclass(frozen=True)
 class SignatureCase:
-    """A signature to be checked.
+    """A signature, with the runs for its checks.
 
     Attributes:
         runs: runs as arrays, in each class that `measure` may take.
@@ -259,7 +259,7 @@ def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
 
 
 def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
-    """Play runs of a world; return a function that makes the data to check a given signature with these runs."""
+    """Play runs of a world, and return a function that adds these runs to a signature for its checks."""
     policy = policy_for(world.scenario, config["model"], world.seed)
     if policy is None:
         raise InputError(f"No policy can play world '{world.scenario.name}': give its questions their `options`.")

@@ -298,7 +298,10 @@ def records_every_step(case: WorldCase) -> None:
 
 
 def decides_as_declared(case: WorldCase) -> None:
-    """A recorded action is declared, or null after an unreadable reply; each outcome is a value of `Outcome`."""
+    """Each recorded action is one of the declared actions, or null after an unreadable reply.
+
+    Each recorded outcome is a value of `Outcome`.
+    """
     actions = case.scenario.actions()
     for row in steps_of((*case.usual.records, *case.silent.records)):
         is_outcome = isinstance(row.outcome, Outcome)

@@ -43,7 +43,7 @@ UNLIMITED_REPLY = 1024
 COMMON_REPLY = 4
 """Usual replies are assumed to be this many times shorter than the longest reply that is allowed."""
 CUT_BEYOND = 8
-"""No tokenizer has so many characters per token in English, so a server that counts fewer tokens has cut the prompt."""
+"""Characters per token that no tokenizer reaches in English. If a server counts fewer tokens, it has cut the prompt."""
 
 
 class Status(StrEnum):

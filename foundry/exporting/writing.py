@@ -32,7 +32,7 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""For each format, the module whose function `write` writes it. An extra of the same name installs its packages."""
+"""For each export format, the module that writes it. The pip extra with the same name installs the needed packages."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Files:
 
 
 def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters of a call that other tools have too, by their common names."""
+    """Return the parameters of a call that other tools know, by the names that these tools use."""
     given = {**parameters, **parameters.get("options", {})}
     words = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
     if words.get("max_tokens", 1) < 1:  # Ollama's values for no limit

@@ -16,7 +16,7 @@ from foundry.labels.items import Item
 PER_MODEL = 200
 """Default number of texts that are drawn for each model."""
 NEAR, REST = "near", "rest"
-"""Names of two strata: `near` for texts about which the rule may be wrong, `rest` for all texts if there is no rule."""
+"""Two of the names for strata: `near` if the rule may be wrong about a text, `rest` if the label has no rule."""
 _GOLDEN = (5**0.5 - 1) / 2
 
 

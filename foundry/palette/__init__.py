@@ -59,7 +59,7 @@ LABELS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D5
 """Colours of the first labels of decisions (Okabe and Ito); further labels get other hues."""
 
 TURN = 137.5
-"""Degrees between the hues of further labels. The golden angle repeats no hue."""
+"""Degrees on the colour circle between the hues of successive further labels. The golden angle repeats no hue."""
 
 
 def _star(corners: int, turn: float = 0.0, inner: float = 1.0) -> Polygon:

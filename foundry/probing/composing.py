@@ -239,7 +239,7 @@ def _condition(
 
 
 def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the setting `sampling` if this model's log-probabilities can replace repeated calls; else nothing."""
+    """Return the setting `sampling`; return {} if this model's log-probabilities cannot replace repeated calls."""
     options = {**(model.get("options") or {}), **(model.get("extra") or {})}
     named = {key: options[key] for key in ("temperature", *OPEN, *NEUTRAL) if options.get(key) is not None}
     return {"sampling": named} if model.get("logprobs") and Sampling.of(named) else {}

@@ -166,7 +166,7 @@ class Format:
 
 
 def unmarked(value: Any) -> Any:
-    """Remove the template's own marks from a value before the template uses it."""
+    """Remove from a value all characters that mark parts of a template, so that the value is never taken for a mark."""
     return _MARKS.sub("", value) if isinstance(value, str) else value
 
 
@@ -189,7 +189,7 @@ def _line_marked(line: str) -> str:
 
 
 def _runs(matches: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
-    """Yield groups of labels, or of list items, with only blanks between them; each heading is a group alone."""
+    """Yield groups of labels, or of list items, that only blanks separate; a heading is a group of its own."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
     for one in matches:

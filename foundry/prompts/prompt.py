@@ -49,7 +49,7 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 @cache
 def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnvironment:
-    """Return an environment that applies the function `finalize` to each value that a template inserts.
+    """Return a Jinja2 environment, which applies the function `finalize` to each value that a template inserts.
 
     It adds two filters: `values`, the values of a dict, and `flat(n)`, a text in one line of at most n characters.
     """

@@ -49,7 +49,10 @@ def _to(recipients: Sequence[int]) -> str:
 
 
 def in_lines(said: Sequence[str], width: int, most: int) -> list[str]:
-    """Break texts into at most `most` lines, each at most `width` pixels wide. The last line counts omitted texts."""
+    """Break texts into at most `most` lines, each at most `width` pixels wide.
+
+    If texts are left out, the last line gives their number, as "and 3 more".
+    """
     if not most:
         return []
     shown = said if len(said) <= most else said[: most - 1]
@@ -106,7 +109,7 @@ def boxes_note(texts: Iterable[str]) -> str:
 
 
 def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
-    """Draw lines of text on a band that is high enough for `room` lines."""
+    """Return an image with lines of text, as high as `room` lines need."""
     sheet = Image.new("RGB", (width, band_height(room)), PAPER)
     pen = ImageDraw.Draw(sheet)
     for number, line in enumerate(lines):

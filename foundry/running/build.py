@@ -56,7 +56,7 @@ def model_stack(
     info: ModelInfo | None = None,
     limit: Callable[[InFlight], Limit] = Limit,
 ) -> Model:
-    """Wrap a model whose calls cost something, or each such member of a population.
+    """Add a cache, limit and repetitions to a model whose calls cost something, or to each such member of a population.
 
     For each of them, `answers` opens the cache of answers, and `limit` makes the limit on calls in flight.
     """

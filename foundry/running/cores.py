@@ -1,4 +1,4 @@
-"""Limits the CPU time of a process: its threads for drawing, and its garbage collection."""
+"""Saves CPU time of a process: limits its threads for drawing, and lets it collect garbage less often."""
 
 import contextlib
 import gc

@@ -112,7 +112,7 @@ def _mean(counts: Sequence[int | None]) -> float | None:
 
 
 def _is_late(burst: Sequence[Timed]) -> bool:
-    """Return whether the median reply spent more time on the network than at its server, where it may have waited."""
+    """Return whether the median reply took more time on the network than at its server (waiting time included)."""
     timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
     return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 

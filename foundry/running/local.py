@@ -174,7 +174,7 @@ def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
 
 
 def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
-    """Raise an error if an error (`fatal`) or the user stopped the sweep."""
+    """Raise SweepStopped if the error `fatal` ended the sweep, or SweepInterrupted if the user stopped it."""
     if fatal is not None:
         raise SweepStopped(fatal + _undone(job.folder))
     if job.stop_asked():
@@ -182,7 +182,7 @@ def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
 
 
 def _undone(folder: SweepFolder) -> str:
-    """Return a text with the numbers of answers and runs that a changed model made invalid; "" if both are 0."""
+    """Return how many answers were removed and how many runs failed because a model's weights changed; "" if none."""
     removed = sum(report.get("removed", 0) for report in folder.progress().values())
     summaries = (run.summary() for run in folder.runs())
     failed = sum(summary is not None and summary.error_type == ModelChangedError.__name__ for summary in summaries)

@@ -95,7 +95,7 @@ class Totals(Tally):
 
     @property
     def to_send(self) -> float:
-        """Expected number of calls that will still be sent; before the first sent call, that is all remaining calls."""
+        """Expected number of calls that will still be sent. Until the first is sent, no cached answers are assumed."""
         unopened = self.most - self.settled - self._ended_most - sum(run.most for run in self.open)
         return sum(self._whole(run) - run.calls for run in self.open) + self.share * max(0, unopened)
 
@@ -242,7 +242,7 @@ class Speed:
         return 0.0 if totals.done == totals.most else self._pace.seconds_for(totals.to_send)
 
     def seconds_for(self, calls: int, totals: Totals) -> float | None:
-        """Return the time for runs with at most `calls` calls, seconds; None if it is too early to tell."""
+        """Return how long runs with at most `calls` calls will take, seconds; None if too few calls have been timed."""
         return self._pace.seconds_for(calls * totals.share)
 
     @property

@@ -217,7 +217,7 @@ class RecordedAsker:
 
 
 class ForkedAsker:
-    """Passes questions before the step `at` to one asker, and all later questions to another."""
+    """Gets answers before the step `at` from the records (`past`), and from this step on from the model (`future`)."""
 
     def __init__(self, past: Asks, future: Asks, at: int) -> None:
         self._past = past

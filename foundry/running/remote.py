@@ -82,7 +82,7 @@ class RemoteSweep:
         return summary is not None and summary.status == "complete"
 
     def put(self, folder: SweepFolder, run: RunFolder) -> None:
-        """Send the files of an ended run to the URL, `run.json` last."""
+        """Send the files of an ended run to the URL. The last one is `run.json`, which says that all are there."""
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
@@ -120,7 +120,7 @@ class RemoteSweep:
         return Fetched(folder, tuple(run for run, came in whole.items() if came), damaged)
 
     def _get(self, folder: SweepFolder, run: RunFolder) -> bool:
-        """Fetch a run, `run.json` last; return False if its files differ from the digests in `run.json`."""
+        """Fetch the files of a run, and `run.json` as the last; return False if they differ from the digests in it."""
         shutil.rmtree(run.path, ignore_errors=True)
         place = self._place(folder, run.path)
         with self._naming_url():

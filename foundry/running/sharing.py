@@ -44,7 +44,7 @@ class Part(msgspec.Struct, frozen=True):
 
 
 Parts = dict[str, Part]
-"""The reports of one worker, with servers as keys, or the reports about one server, with workers as keys."""
+"""Reports about calls in flight: one worker's, with servers as keys, or one server's, with workers as keys."""
 
 
 class Group:
@@ -110,7 +110,7 @@ class Shared:
 
     @property
     def together(self) -> int:
-        """Maximum number of calls in flight of all workers together, to all servers of this worker."""
+        """Maximum number of calls in flight to the servers that this worker calls, counted over all workers."""
         return sum(self._together(key, limit) for key, limit in list(self._limits.items()))
 
     def _together(self, key: str, limit: Limit) -> int:
@@ -118,7 +118,10 @@ class Shared:
         return self._totals.get(key, limit.allowed) if group is None else group.total
 
     def maker(self, model: str) -> Callable[[InFlight], Limit]:
-        """Return a function that makes the limit of a model, or of one of its members; `model` is the model's key."""
+        """Return a function that makes the limit on calls in flight for the model with the key `model`.
+
+        For a population, the function is called once per member.
+        """
         first = len(self._limits)
 
         def make(bounds: InFlight) -> Limit:

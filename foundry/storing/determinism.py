@@ -16,7 +16,7 @@ DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
 """The setting for the number of calls of each served model that are repeated; 0 repeats none."""
 AUTO = "auto"
-"""The value `determinism=auto`, with which foundry repeats about 2 % of a model's calls."""
+"""Value of the setting `determinism`: repeat and load the server with about 2 % of each served model's calls."""
 _CALLS_PER_REPEAT = 50
 _LEAST, _MOST = 2, 10
 """Minimum and maximum number of recorded calls of a model that `determinism=auto` repeats."""
@@ -163,7 +163,7 @@ def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Map
 
 
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
-    """Return how many calls of a run the servers of these models answered.
+    """Return how many calls of a run were answered by servers of the models in `served`.
 
     For a population, all agents are assumed to have made equally many calls.
     """
@@ -174,7 +174,7 @@ def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
 
 
 def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
-    """Return the measurements of the served models of a sweep."""
+    """Return, for each served model of a sweep, how alike its repeated calls were."""
     content = json_file(folder.path / DETERMINISM_FILE, _File)
     return () if content is None else content.models
 

@@ -139,7 +139,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def known(self) -> str:
-        """The answers and runs before the plan, as in "known before the plan: 48 answers, runs in out"; "" if none."""
+        """Answers and runs before the plan, as a text: "known before the plan: 48 answers, runs in out"; "" if none."""
         if self.answers_known is None:
             answers = "an unknown number of answers"
         else:

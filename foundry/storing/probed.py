@@ -53,7 +53,7 @@ class Choices:
 
     @property
     def counts(self) -> Counter[str]:
-        """Number of answers with each choice; expected shares count as shares of 1000 answers (ANSWERS)."""
+        """Number of answers with each choice. If shares were computed, they are turned into 1000 answers."""
         return _dealt(self.expected) if self.expected else self.called
 
 
@@ -74,7 +74,7 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
 
 
 def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
-    """Yield each moment in which the probabilities of one reply replace repeated calls, and these probabilities."""
+    """Yield the moments that were asked once and whose reply has usable probabilities; with each, its probabilities."""
     if sampling is None:
         return
     for line, call in with_calls((((line.step, line.agent, line.kind), line) for line in lines), run.calls()):
@@ -91,7 +91,10 @@ def _foreseen(run: RunFolder, line: _Line, call: Call, sampling: Sampling) -> Ce
 
 
 def _dealt(shares: Shares) -> Counter[str]:
-    """Divide 1000 answers (ANSWERS) among the choices by their shares; the largest remainders are rounded up."""
+    """Turn the shares of the choices into whole numbers of answers with the sum 1000 (ANSWERS).
+
+    All numbers are rounded down first; then those with the largest remainders get one more.
+    """
     counts = Counter({choice: int(share * ANSWERS) for choice, share in shares.items()})
     by_remainder = sorted(shares, key=lambda choice: (counts[choice] - shares[choice] * ANSWERS, choice))
     counts.update(by_remainder[: ANSWERS - counts.total()])

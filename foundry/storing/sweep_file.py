@@ -183,7 +183,7 @@ def check_shape(content: Any) -> None:
 
 
 def _check_plain(value: Any, seen: set[int]) -> None:
-    """Raise an error if JSON cannot represent a value; a value that YAML's aliases repeat is checked once."""
+    """Raise an error if JSON cannot represent a value. A value that several YAML aliases repeat is checked once."""
     if isinstance(value, dict | list):
         if id(value) in seen:
             return

@@ -30,7 +30,7 @@ class BundledFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True):
-    """The first file of a bundle.
+    """The list of the files in a bundle, which is its first file.
 
     Attributes:
         format: version of the format.

@@ -164,14 +164,14 @@ async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], b
 
 
 def _draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int) -> list[Repeatable]:
-    """Draw calls that a model's server answered; the first of them come from different runs and kinds of question."""
+    """Draw calls that a model's server answered: in turn one of each run, and in turn one of each kind of question."""
     order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
     parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
     return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
 
 
 def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: int, turn: int) -> list[Repeatable]:
-    """Draw calls of one run, whose kinds of question alternate; `turn` sets the first kind."""
+    """Draw calls of one run, in turn one of each kind of question; `turn` says which kind comes first."""
     by_kind: dict[str, list[tuple[int, Call]]] = {}
     for number, call in enumerate(run.calls()):
         if not call.cached and call.model == model.name and call.parameters == parameters:
@@ -253,7 +253,7 @@ def _is_of(line: Line, call: Call) -> bool:
 
 
 def _lines_with(repeatable: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
-    """Replay a run with a new reply to one call, until a question differs; yield the lines of that call's question."""
+    """Replay a run with a new reply to one call, while its questions stay the same; yield the lines about this call."""
     world, calls, made = scenario.start(repeatable.run.run.seed), list(repeatable.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):

@@ -1,8 +1,8 @@
 """Limits the classes that a record of unknown origin can use, and the servers that it can contact.
 
 A record of unknown origin can name classes that foundry then loads. foundry loads only its own classes, classes in
-folders that the user names with `--config-dir`, and classes of trusted packages. Such a record can make foundry contact
-only this machine and servers that the user has named.
+folders that the user names with `--config-dir`, and classes of trusted packages. A record of unknown
+origin can make foundry contact only this machine and servers that the user has named.
 """
 
 import importlib
@@ -175,7 +175,7 @@ def _configured() -> Iterator[str]:
 
 
 def _keyed(models: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
-    """Return the variable and the address of every server that would receive a key, at any depth."""
+    """Return every server that would get a key: the environment variable of the key, and the server's address."""
     servers = [part.get("server") or {} for model in models for part in models_in(model)]
     return {
         (variable, url)

@@ -48,7 +48,7 @@ _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
 """Errors after the last step of a run; they mean that other weights may have answered."""
 _CHUNKS = 8
-"""Mean number of portions of runs that a worker gets."""
+"""A worker gets its runs in about this number of groups, one after another."""
 
 
 class Verdict(StrEnum):
@@ -114,7 +114,7 @@ class Comparer:
                 self._compare_line(record.stream, _ENCODE(record))
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Count the calls and their tokens; the asker has already compared their content."""
+        """Count the calls and their tokens. `RecordedAsker` has already compared them with the recorded ones."""
         for call in calls:
             self.counts.calls += 1
             self.counts.add_tokens(call)

@@ -1,4 +1,4 @@
-"""Finds the calls of an agent in a compressed log, of which it reads as little as possible."""
+"""Finds the calls of an agent in a compressed log, and reads as little of the log as possible."""
 
 import mmap
 import re

@@ -18,7 +18,7 @@ from foundry.viewer.run_view import RunView
 
 GENERIC = "any"
 OUTSIDE = "forms"
-"""The first part of the addresses at which the page gets users' scripts."""
+"""The addresses of scripts from users' own forms begin with this name."""
 T = TypeVar("T")
 
 
@@ -94,7 +94,7 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
 
 
 def prepare(sweep: SweepFolder) -> None:
-    """Store data that a page would wait long for, for the first run of each condition that has begun."""
+    """Compute and store slow data of pages in advance, for the first begun run of each condition."""
     prepared = set()
     for run in sweep.runs():
         if run.run.condition in prepared or not run.beginning:

@@ -93,7 +93,7 @@ class StepLines:
         self._end += whole
 
     def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
-        """Return the byte at which the lines of a step end. A line of the step begins at byte `low`."""
+        """Return the position of the byte after the lines of a step. One of these lines begins at byte `low`."""
         reach = NEAR
         while True:
             middle = min(low + reach, (low + high) // 2)

@@ -139,7 +139,10 @@ class RunView(ABC):
         return ()
 
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return the messages of these steps by recipient, as (step, sender, text); for `agent` only, if given."""
+        """Return, by recipient, the messages of these steps as (step, sender, text).
+
+        If `agent` is given, return only the messages to this agent.
+        """
         self.messages.grow()
         lines = self.messages.read(first, last)
         if agent is not None:
@@ -231,7 +234,7 @@ def parts_of(total: int, size: int) -> int:
 
 
 def standing(folder: RunFolder, summary: RunSummary | None, *, running: bool) -> str:
-    """Return complete, failed, running, unfinished (begun, but not played now) or waiting (not begun)."""
+    """Return the state of a run: complete, failed, running, unfinished (begun, but not played now) or waiting."""
     if summary is not None:
         return summary.status
     if not folder.beginning:

@@ -20,11 +20,11 @@ from foundry.storing.store import RunFolder, SweepFolder
 
 EVERY = "every"
 UNREADABLE = "unreadable"
-"""The kind of unreadable replies. If a call failed, the search looks at the reason for the failure."""
+"""Kind of searched text: unreadable replies. If a call failed, its text is the reason for the failure."""
 KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
 """The kinds of indexed texts; an unreadable reply also counts as a reply."""
 NOTE = "note"
-"""The kind of the notes that people write. Notes are not in the index, because people may change them."""
+"""Kind of searched text: notes that people write. Notes are not in the index, because people may change them."""
 MOST = 50
 """Maximum number of results that the server sends at once."""
 SPEAKERS = 10
@@ -47,7 +47,7 @@ _Hit = list[Any]
 
 
 class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A search request. A text must meet all conditions. A request without words needs at least one other condition.
+    """A search request. A text is found if it fits all fields. A request without words must use another field.
 
     Attributes:
         kind: one of KINDS, "note", or "every".
@@ -71,7 +71,7 @@ class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def narrows(self) -> bool:
-        """Whether a condition besides `words` leaves out some texts."""
+        """Whether fields other than `words`, such as `agent`, exclude some texts."""
         return self.kind != EVERY or bool(self.outcome) or (self.agent, self.first, self.last) != (None, None, None)
 
 
@@ -184,7 +184,7 @@ class TextSearch:
             self._problem = f"The texts cannot be indexed: {error}"
 
     def _found(self, query: Query, phrases: str, noted: list[_Hit], runs: Collection[str] | None) -> dict[str, Any]:
-        """Return the results, first notes, then other texts, and the number of all results, per run, and per agent."""
+        """Return the results (first notes, then other texts), and their numbers: of all, per run, and per agent."""
         conditions, values = _conditions(query, phrases, runs)
         texts, order = (
             ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")

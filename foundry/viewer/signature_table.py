@@ -94,7 +94,7 @@ def _mark(file: os.stat_result) -> tuple[int, int]:
 
 
 def _number(value: Any) -> float | None:
-    """Return a value of either file as a finite number, or None."""
+    """Return a value from the CSV or Parquet file as a finite number; None if it is not one."""
     try:
         number = float({"True": 1, "False": 0, "": None}.get(value, value))
     except (TypeError, ValueError):

@@ -60,7 +60,7 @@ class _Overview(msgspec.Struct):
 
 
 class Summary(msgspec.Struct):
-    """The groups of a sweep, and the findings about them.
+    """Results of the analysis: the compared groups of runs, and the findings about these groups.
 
     Attributes:
         columns: names of the values that define a group.

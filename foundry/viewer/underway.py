@@ -15,7 +15,7 @@ _COUNTS = ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
 
 @dataclass(frozen=True)
 class _Reported:
-    """Facts from the reports in which workers state their progress.
+    """The progress of the workers, according to their reports.
 
     Attributes:
         workers: number of workers.

@@ -129,7 +129,7 @@ class AnyView(RunView):
         return [(row.step, row.agent, row.message) for row in rows if isinstance(row.message, str)]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the persona of an agent, and the marks of its decisions by step."""
+        """Return the persona of an agent and, for each step, marks: for example, that its reply was unreadable."""
         spans = self._spans()
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
         rows = lines_of(b"\n".join(lines), Decision, self.steps.path)
@@ -151,9 +151,9 @@ class AnyView(RunView):
         return {"first": first, "last": last, "rows": rows}
 
     def pictures(self) -> dict[str, Any]:
-        """Return the steps with stored pictures, why others cannot be drawn, and whether pictures have only lanes.
+        """Return the steps with stored pictures, why others cannot be drawn, and whether the page needs no pictures.
 
-        A lane is the row of one agent, with a mark for each decision.
+        It needs none if the pictures would only show lanes. A lane is one agent's row, with a mark for each decision.
         """
         return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
 

@@ -39,7 +39,7 @@ _FLOAT, _UINT32, _UINT8 = 5126, 5125, 5121
 _VERTICES, _INDICES = 34962, 34963
 _WRAPS = {"repeat": 10497, "mirror": 33648, "clamp": 33071}
 _TO_Y_UP = (-0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
-"""Quaternion (x, y, z, w) from foundry's Z up to glTF's Y up."""
+"""Rotation, as quaternion (x, y, z, w), from foundry's axes (Z points up) to those of glTF (Y points up)."""
 
 
 def kept_scene_glb(run: RunFolder) -> bytes | None:
@@ -97,7 +97,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
 
 
 def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[str, list[list[float]]]:
-    """Return the box around each mesh that can be a target, as its lowest and highest corner in metres, by path."""
+    """Return, by path, the box around each mesh that can be a target: its lowest and its highest corner, metres."""
     from foundry.worlds.camera.surroundings import is_below
 
     patterns = [pattern for target in targets for pattern in target["prims"]]
@@ -246,7 +246,7 @@ def _corners(batch: Sequence[SceneMesh]) -> _Corners:
 
 
 def _linear(srgb: UInt8Array) -> UInt8Array:
-    """Return colours as linear light, which glTF uses at the corners."""
+    """Convert sRGB colours to linear light, as glTF requires for the colours of corners (vertices)."""
     from foundry.worlds.camera.loading.materials import to_linear
 
     return np.round(to_linear(srgb / 255.0) * 255).astype(np.uint8)

@@ -33,7 +33,7 @@ class Sights:
             self._why = str(error)
 
     def told(self, rows: Iterable[CameraStep]) -> dict[str, Any]:
-        """Return the target, why it cannot be marked ("" if it can), and where the picture of each decision shows it.
+        """Return the target, where each decision's picture shows it, and why it cannot be marked ("" if it can).
 
         `foundry/viewer/README.md` lists the keys.
         """

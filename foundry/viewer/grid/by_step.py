@@ -1,4 +1,4 @@
-"""Numbers for each step of a 2D run: news of fires, groups of agents, and their actions."""
+"""Computes numbers for each step of a 2D run, such as how many agents know of a fire, form groups, or moved."""
 
 import math
 import threading

@@ -183,7 +183,7 @@ class GridView(RunView):
         return [(row.step, row.agent, row.message) for row in self._rows(first, last) if row.message is not None]
 
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the agent's cells, outcomes and persona; the first cell is the one before the first step."""
+        """Return the agent's cells, outcomes and persona. In the first cell, the agent stood before the first step."""
         spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
         return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))

@@ -62,7 +62,7 @@ class ProbeView:
 
 
 def _told(seen: Seen) -> Resource:
-    """Return a moment with the address of the script that draws the observation, if its form has such a script."""
+    """Return a moment, with the address of the script that draws its observation (None if its form has no script)."""
     return Resource(_ENCODE({**msgspec.structs.asdict(seen), "script": _script(seen.form)}))
 
 
