@@ -251,7 +251,7 @@ def analyze(
 def _write(found: Analysis, sources: Sequence[Source]) -> list[Path]:
     return [
         write_findings(found.path, found.findings),
-        write_overview(found.path, found.matrix, found.furthest),
+        write_overview(found.path, found.matrix, found.furthest, found.compared),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),

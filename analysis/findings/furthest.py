@@ -82,8 +82,9 @@ def _of_measure(
     return far_runs
 
 
-def write_overview(folder: Path, matrix: Matrix, far: Sequence[FarRun]) -> Path:
-    """Write the matrix and the furthest runs to `overview.json`, and return the path of the file."""
+def write_overview(folder: Path, matrix: Matrix, far: Sequence[FarRun], compared: Comparison) -> Path:
+    """Write the matrix, the furthest runs and the titles of all measures to `overview.json`; return its path."""
     path = folder / "overview.json"
-    path.write_bytes(msgspec.json.encode({"matrix": matrix, "furthest": far}) + b"\n")
+    labels = {measure: compared.describe(measure).label for measure in dict.fromkeys(compared.frame["measure"])}
+    path.write_bytes(msgspec.json.encode({"matrix": matrix, "furthest": far, "labels": labels}) + b"\n")
     return path

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from foundry.viewer.catalog import CatalogedSweep
+from foundry.viewer.summary import label_of
 
 if TYPE_CHECKING:
     import pyarrow as pa  # type: ignore[import-untyped]
@@ -48,7 +49,10 @@ class AnalysedRuns:
         self._spans = _spans(self._events["run"].combine_chunks().dictionary_encode())
 
     def _score(self, run: str) -> dict[str, Any] | None:
-        """Return a run's score, the mean over all seeds, and known scores in words; None if its world has no score."""
+        """Return the score of a run with its measure; the mean over all seeds, and known scores in words.
+
+        Returns None if the world of the run has no score.
+        """
         import pyarrow.parquet as pq
 
         file = self._sweep.folder.analysis_dir / "validation.parquet"
@@ -64,8 +68,8 @@ class AnalysedRuns:
             number for number in self._sweep.table.numbers(measure, self._sweep.seeds_of(run)) if number is not None
         ]
         closed_forms = known[-1]["closed_forms"] or ""
-        mean = sum(values) / len(values)
-        return {"measure": measure, "value": value, "mean": mean, "runs": len(values), "known": closed_forms}
+        found = {"value": value, "mean": sum(values) / len(values), "runs": len(values), "known": closed_forms}
+        return {"measure": measure, "label": label_of(self._sweep.folder, measure), **found}
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:

@@ -57,6 +57,7 @@ class Finding(msgspec.Struct):
 class _Overview(msgspec.Struct):
     matrix: dict[str, Any] | None = None
     furthest: list[dict[str, Any]] = msgspec.field(default_factory=list)
+    labels: dict[str, str] = msgspec.field(default_factory=dict)
 
 
 class Summary(msgspec.Struct):
@@ -70,6 +71,7 @@ class Summary(msgspec.Struct):
         findings: the findings, the most important first. Their moments are only those of runs of this sweep.
         matrix: the table of models by worlds in `overview.json`, or None.
         furthest: the runs of this sweep that `overview.json` lists as far from the mean of their group.
+        labels: the title of each of the measures, if the analysis wrote it.
     """
 
     columns: list[str] = msgspec.field(default_factory=list)
@@ -79,6 +81,7 @@ class Summary(msgspec.Struct):
     findings: list[Finding] = msgspec.field(default_factory=list)
     matrix: dict[str, Any] | None = None
     furthest: list[dict[str, Any]] = msgspec.field(default_factory=list)
+    labels: dict[str, str] = msgspec.field(default_factory=dict)
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
@@ -126,10 +129,20 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
         finding.moments = [
             moment for moment in finding.moments if moment.level_run in here and moment.reference_run in here
         ]
-    overview = _written(sweep.analysis_dir / "overview.json", _Overview) or _Overview()
+    overview = _overview_of(sweep)
     furthest = [moment for moment in overview.furthest if moment["run"] in here]
     part = rows[0].get("filter") or ""
-    return Summary(columns, list(groups.values()), group_of, part, findings, overview.matrix, furthest)
+    labels = {name: overview.labels[name] for name in measures if name in overview.labels}
+    return Summary(columns, list(groups.values()), group_of, part, findings, overview.matrix, furthest, labels)
+
+
+def label_of(sweep: SweepFolder, measure: str) -> str:
+    """Return the title of a measure; "" if the analysis did not write it."""
+    return _overview_of(sweep).labels.get(measure, "")
+
+
+def _overview_of(sweep: SweepFolder) -> _Overview:
+    return _written(sweep.analysis_dir / "overview.json", _Overview) or _Overview()
 
 
 def _written(path: Path, kind: type[_T]) -> _T | None:

@@ -50,9 +50,11 @@ PAINTED = """([canvas, tone]) => {
 """How many pixels of a canvas have a colour."""
 SCORED = """() => {
   const {data, curves} = Foundry.page;
-  data.analysis = {...data.analysis, score: {value: 2.5, known: 'best 3'}};
+  const score = {value: 2.5, known: 'best 3', measure: 'own.score', label: 'Own score (points)', mean: 2, runs: 3};
+  data.analysis = {...data.analysis, score};
+  data.readers.forEach((one) => one());
   curves.draw();
-  return [curves.title.textContent, curves.known.textContent];
+  return [curves.title.textContent, curves.known.textContent, document.querySelector('.heading .score').textContent];
 }"""
 ORANGE = "230,159,0"
 
@@ -142,7 +144,10 @@ def test_the_step_is_a_table_with_the_worlds_own_keys_and_streams(page: Any, ser
 def test_numbers_that_the_world_writes_are_lines_below_the_lanes(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar, "?step=7")
     page.wait_for_selector("canvas.curves[aria-label='Step 7: crowd 3']")
-    assert page.evaluate(SCORED) == ["evenings over time", "Score 2.5. Known scores: best 3."]
+    assert page.evaluate(SCORED) == [
+        "evenings over time", "Score 2.5. Known scores: best 3.",
+        " · score 2.5 Own score (points) own.score · model's mean 2, 3 seeds ",
+    ]  # fmt: skip
     lanes, curves = (page.locator(f"canvas.{name}").bounding_box() for name in ("lanes", "curves"))
     assert curves["x"] == lanes["x"] and curves["width"] == pytest.approx(lanes["width"], abs=1), "column below column"
     page.select_option("[aria-label='Numbers over time']", "1")

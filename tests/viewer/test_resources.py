@@ -1,3 +1,4 @@
+import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -123,14 +124,17 @@ def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(t
         {"world": [str(made.runs()[0].config()["world"]["name"])], "measure": ["own.score"], "closed_forms": ["best 2"]}
     )
     pq.write_table(known, made.analysis_dir / "validation.parquet")
+    overview = {"matrix": None, "furthest": [], "labels": {"own.score": "Own score (points)"}}
+    (made.analysis_dir / "overview.json").write_text(json.dumps(overview), encoding="utf-8")
     events = EventsFile()
     events.add("found", runs[0], [Event(1, 3, "fled", "agent 3 steps away")])
     events.add("found", runs[1], [Event(4, None, "crowded", "cafe is crowded"), Event(2, 0, "fled", "away")])
     events.write(made.analysis_dir)
+    score = {"measure": "own.score", "value": 1.0, "mean": 0.75, "runs": 2, "known": "best 2"}
     assert ask(opened, f"{address}/analysis") == {
         "events": [[2, 0, "fled", "away"], [4, None, "crowded", "cafe is crowded"]],
         "why": "",
-        "score": {"measure": "own.score", "value": 1.0, "mean": 0.75, "runs": 2, "known": "best 2"},
+        "score": {"label": "Own score (points)", **score},
     }
     assert ask(opened, f"run/found/{runs[2]}/analysis")["why"].startswith("not in the last analysis")
     opened.close()

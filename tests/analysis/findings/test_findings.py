@@ -77,6 +77,7 @@ def assert_matrix_and_furthest_runs_are_written(swept: Path, analysed: foundry.A
         dict.fromkeys(finding.measure for finding in analysed.findings)
     )[:5]
     far = written["furthest"]
+    assert [written["labels"][one["measure"]] for one in far] == [one["label"] for one in far]
     assert len({one["run"] for one in far}) == len(far) == 5
     assert [one["distance"] for one in far] == sorted((one["distance"] for one in far), reverse=True)
     values = analysed.runs.set_index("run")[far[0]["measure"]]

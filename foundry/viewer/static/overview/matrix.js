@@ -30,15 +30,13 @@
      */
     constructor(options) {
       this.options = options;
-      this.found = {columns: [], groups: [], group_of: [], part: "", findings: [], matrix: null, furthest: []};
+      this.found = {columns: [], groups: [], group_of: [], part: "", findings: [], matrix: null, furthest: [], labels: {}};
       this.rows = [];
       this.element = h("section", {class: "matrix", "aria-label": "Models and worlds"});
     }
 
     async load(sweep) {
       this.found = await foundry.source.json(`sweep/${sweep}/groups`);
-      this.labels = new Map([...this.found.findings.map((one) => [one.measure, one.label]),
-        ...(this.found.matrix?.columns || []).map((one) => [one.measure, one.label || one.title])]);
     }
 
     /** Assign each run to the row of its group; without one, to the only row of its model; without one, to a new row. */
@@ -132,7 +130,7 @@
       return h("div", {class: "table-box strips", tabindex: "0", role: "region", "aria-label": `Measures of ${row.name}`}, h("table", {class: "runs"},
         h("caption", {class: "note"}, `${row.name}. Dot: mean. Bar: interval of the mean. Strokes: the seeds. All groups in the same world have the same scale.`),
         h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "measure"), own.map((place) => h("th", {scope: "col"}, title(place))))),
-        h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(name)}, this.labels.get(name) || null, h("small", {}, breakable(name)))),
+        h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(name)}, this.found.labels[name] || null, h("small", {}, breakable(name)))),
           own.map((place) => this.strip(place, name, values.get(name) || [], row.model)))))));
     }
 

@@ -15,7 +15,7 @@
   }
 
   function scoreOf({score}) {
-    return score && [` · score ${number(score.value)} `, h("small", {title: score.measure}, `(model's mean ${number(score.mean)}, ${score.runs} seeds) `)];
+    return score && [` · score ${number(score.value)} `, h("small", {}, `${score.label} `, h("code", {}, score.measure), ` · model's mean ${number(score.mean)}, ${score.runs} seeds `)];
   }
 
   /** @param state the element for the status of the run */
