@@ -1,6 +1,6 @@
 """Test-retest consistency: whether a model gives the same answer when it gets a prompt again.
 
-This consistency describes the model, not the world. To measure it, several runs must differ only in `sampling_seed`.
+This consistency describes the model, not the world. A sweep measures it if several runs differ only in `sampling_seed`.
 Runs with different sampling seeds have equal prompts until their answers differ; later prompts may be equal again.
 Prompts are equal if the log of calls has the same text and images for them. The consistency is therefore measured in
 prompts that happened to repeat, most of them early in the runs.
@@ -100,7 +100,7 @@ State = tuple[int, int, int, bytes]
 
 
 def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
-    """Return the indices of the runs in which each state occurs, by kind of call, for states in at least two runs."""
+    """Return for each kind of call the states that occur in at least two runs, with the indices of these runs."""
     found: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
     for index, folder in enumerate(folders):
         for ((step, agent, kind), again), call in numbered(folder.calls(), place_of):

@@ -14,7 +14,7 @@ A module defines
   headline measure; `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, if leaving out unreadable decisions makes no sense;
 - optionally `applies(run) -> bool`, if the signature has a meaning only in some worlds of the form. The function says
-  whether the run's world is one of them, by the world's declarations and settings and never by events in the run;
+  whether the signature applies to the run's world. It may use the world's declarations and settings, but no events;
 - optionally `PRIMARY = False`, if the signature is tested only when declared;
 - optionally `LABEL`, the label from which the measures are computed; the measures in `UNLABELLED` need no label;
 - optionally `correct(run, correction)`, which returns the measures corrected by people's labels.

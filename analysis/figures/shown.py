@@ -31,5 +31,5 @@ class Shown:
 
 
 def example_caption(seed: int) -> str:
-    """Return the beginning of the captions of plots that show runs of a single seed."""
+    """Return the sentence with which captions begin if a plot shows only runs of one seed."""
     return f"Runs with seed {seed}, which is always the lowest seed of the sweep."

@@ -125,7 +125,7 @@ def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Casca
 
 
 def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
-    """Return the step at which news reaches each agent over links if all agents always pass it on, or NEVER, (N,).
+    """Return the step at which news would reach each agent if all agents always passed it on, or NEVER, (N,).
 
     Args:
         perceived_at: step at which each agent first sees a fire itself, or NEVER, (N,).

@@ -36,7 +36,7 @@ class FurnishedLine(GridStep, frozen=True, kw_only=True):
 
 
 NONE = -1
-"""Stands for the outcome of a decision where an agent was not asked."""
+"""Index of the outcome in a step in which an agent was not asked."""
 
 _DELIVERY = attrgetter("step", "sender", "recipient")
 

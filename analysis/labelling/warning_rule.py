@@ -11,9 +11,9 @@ of these in its clause:
 
 1. a denial before the mention ("no sign of any fire"), or, in Japanese, behind the mention ("火事はありません"). A
    sentence that only denies harm or a drill cancels nothing ("nobody was hurt by the fire");
-2. words that say that the fire is over or was none ("extinguished", "false alarm", "only steam"). Words that a fire is
-   over also cancel a mention earlier in the sentence or in the sentence before. If another fire continues, words that
-   say that one fire is over cancel nothing ("fire1 is out, fire2 still burns");
+2. words that say that the fire is over or was none ("extinguished", "false alarm", "only steam"). "It is out" also
+   cancels a mention earlier in the sentence or in the sentence before. If another fire continues, words that say that
+   one fire is over cancel nothing ("fire1 is out, fire2 still burns");
 3. words before the mention for the past ("yesterday"), a supposition ("if you see a fire") or a tale ("a book about
    fires");
 4. a question, unless the question treats the fire as a fact ("did you notice that the bar burns?"). If a statement
@@ -52,7 +52,7 @@ _READ_LENGTH = 20_000
 _FAR, _NEAR = 60, 8
 """Maximum number of characters between a denial such as "no" and the word that it denies, such as "fire".
 
-For Japanese words such as "消えた", the maximum is `_NEAR`.
+If the denied word is Japanese, such as "消えた", `_NEAR` is the maximum.
 """
 
 _SHARING_WORDS = 3

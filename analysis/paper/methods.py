@@ -101,7 +101,7 @@ def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
 
 
 def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
-    """Return the names of the served models that share the same sampling settings, by these settings as text."""
+    """Return for each set of sampling settings, as text, the names of the served models that have these settings."""
     asked: dict[str, list[str]] = {}
     for config in (member.folder.config()["model"] for member in members):
         settings = [(path.rpartition(".")[2], value) for path, value in leaves(config) if is_served(config)]

@@ -15,7 +15,7 @@ from foundry.records import NOT_JSON
 
 _KEY = [name for name in MomentKey._fields if name != "seed"]
 _REFERENCES = ("edit", "format")
-"""Keys whose value `none` is the reference of comparisons; the filter `only` never removes it."""
+"""For these keys, results are compared with the value `none`, so the filter `only` never removes answers with it."""
 Values: TypeAlias = Mapping[str, Set[str]]
 """The values of an answer that a filter may name, by key."""
 Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]

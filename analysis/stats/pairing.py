@@ -226,7 +226,7 @@ def hedges_correction(freedom: int) -> float:
 
 
 def are_outcomes(values: FloatArray) -> BoolArray:
-    """Return whether each measure of values (..., M) takes 0 and 1 and nothing else (M,); NaN is ignored."""
+    """Return for each measure whether its values (..., M) are 0 and 1 and no other number, (M,); NaN is ignored."""
     flat = values.reshape(-1, values.shape[-1])
     zeros, ones = (flat == 0), (flat == 1)
     nothing_else = (zeros | ones | np.isnan(flat)).all(axis=0)

@@ -169,7 +169,10 @@ def seeds_text(seeds: float) -> str:
 
 
 def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> FloatArray:
-    """Return how many seeds each row of a pair needs, alone and in the family (R, 2); NaN if no number suffices."""
+    """Return how many seeds each test of a pair needs: uncorrected, and corrected over the family, (R, 2).
+
+    NaN if no number of seeds is enough.
+    """
     difference, sd = (rows[name].to_numpy(dtype=np.float64) for name in ("difference", spread))
     effect = _effect(np.where(difference > 0, difference, np.nan), sd)
     levels = np.stack([np.full(len(rows), alpha), alpha / rows["family"].to_numpy(dtype=np.float64)], axis=1)
@@ -191,7 +194,7 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
 
 
 def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> FloatArray:
-    """Return the power of each row of a pair with n seeds, alone and in the family (R, 2)."""
+    """Return the power of each test of a pair with n seeds: uncorrected, and corrected over the family, (R, 2)."""
     rng, level = stream(n, "power"), alpha / int(rows["pairs"].iloc[0])
     drawn = seeds_drawn(rows, spread, n, rng)
     alone, family = simulated_p(drawn, rows["declared"].to_numpy(dtype=bool), level, rng)
@@ -241,7 +244,10 @@ def simulated_p(
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
-    """Return upper bounds (k,), with confidence CAUTION, for k standard deviations that n normal values each gave."""
+    """Return upper bounds, (k,), at confidence CAUTION, of standard deviations that were estimated from n values each.
+
+    The values are normally distributed.
+    """
     from scipy.special import chdtri
 
     freedom = np.maximum(n - 1, 1)

@@ -17,7 +17,7 @@ from analysis.measure import Measure, Null, share
 
 @dataclass(frozen=True)
 class Effect:
-    """How much of the differences between agents' actions is explained by the groups of the agents.
+    """The part of the differences between agents' actions that the groups of the agents explain.
 
     Attributes:
         share: explained share of the variance of decisions at a moment, minus its mean for shuffled groups. NaN if
@@ -103,7 +103,7 @@ class _Grouped:
         return 1 < len(self.sizes) < len(self.values)
 
     def between(self, orders: IntArray) -> FloatArray:
-        """Return how much more of the agents' differences the groups explain than shuffled groups, for r orders, (r,).
+        """Return, for each of r orders of the agents, how much more the groups explain than shuffled groups, (r,).
 
         Let S be the sum of squares of n agents. Shuffled groups explain (G - 1) / (n - 1) of S on average. The excess
         is divided by the remaining share of S, so that groups that explain everything get S.

@@ -308,9 +308,9 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def _contrast(total: int, away: int, control: float) -> dict[str, float]:
-    """Compare how often agents moved away from a fire at exposed decisions and at their controls.
+    """Compare how often agents moved away from a fire that they perceived with how often they did so before the fire.
 
-    Before an exposed decision, the agent perceives the fire. A control is a similar decision before the fire.
+    A decision is exposed if the agent perceives the fire. Its controls are similar decisions before the fire.
 
     Half a case is added to each count in the logarithms (Haldane 1956, Anscombe 1956; for risks Walter 1975). So the
     logarithms are defined for all counts, and their bias is of second order. The mean of plain ratios would be above 1
