@@ -17,6 +17,11 @@ FoundryError
 import difflib
 from collections.abc import Iterable
 
+MOST_BESIDE_CLOSE = 10
+"""Maximum number of names in the message about an unknown name that is close to one of them."""
+MOST_NAMES = 40
+"""Maximum number of names in the message about an unknown name that is close to none of them."""
+
 
 class FoundryError(Exception):
     """Base class of all errors that foundry raises on purpose."""
@@ -105,13 +110,19 @@ class ModelChangedError(ServerError):
 
 
 def not_found(what: str, asked: str, available: Iterable[str], hint: str = "") -> InputError:
-    """Return the error for a name that does not exist, with the closest name and all names that exist."""
+    """Return the error for a name that does not exist, with the closest name and the names that exist.
+
+    Of many names, it gives the number and the most similar ones; it gives more of them if none is close.
+    """
     names = sorted(set(available))
     close = difflib.get_close_matches(asked, names, n=1, cutoff=0.5)
+    most = MOST_BESIDE_CLOSE if close else MOST_NAMES
+    shown = names if len(names) <= most else sorted(difflib.get_close_matches(asked, names, n=most, cutoff=0.0))
     parts = [f"{what} '{asked}' not found."]
     if close:
         parts.append(f"Did you mean '{close[0]}'?")
-    parts.append(f"Available: {', '.join(names)}." if names else "None is available.")
+    more = f" and {len(names) - len(shown)} more" if len(shown) < len(names) else ""
+    parts.append(f"Available: {', '.join(shown)}{more}." if names else "None is available.")
     if hint:
         parts.append(hint)
     return InputError(" ".join(parts))

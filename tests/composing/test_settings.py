@@ -9,7 +9,7 @@ import pytest
 from commands import foundry, refusal, succeeds
 from foundry.composing.compose import compose
 from foundry.composing.preflight import check_schemas, first_questions, scenario_of
-from foundry.errors import InputError
+from foundry.errors import InputError, not_found
 from foundry.storing.store import SweepFolder
 
 TINY = ("model=scripted/random", "world.agents=2", "world.steps=2", "analyze=false")
@@ -60,6 +60,15 @@ def test_a_setting_that_cannot_be_is_refused_before_anything_is_made(override: s
     # Hydra takes no override of a part that is deleted beside it.
     others = [one for one in TINY if not override.startswith("~") or not one.startswith(override[1:])]
     assert REFUSED[override] in refused(*others, override, cwd=tmp_path)
+
+
+def test_of_many_names_those_most_like_an_unknown_one_are_listed_and_the_others_counted(tmp_path: Path):
+    line = refused(*TINY, "+world.agnets=3", cwd=tmp_path)
+    found = re.search(r"Did you mean 'agents'\? Available: (.*) and \d+ more\.", line)
+    assert found and "agents" in found[1].split(", ") and len(found[1].split(", ")) == 10
+    runs = [f"run-{number}" for number in range(100)]
+    assert str(not_found("Run", "XYZ", runs)).endswith(" and 60 more.")
+    assert str(not_found("Run", "XYZ", runs[:40])).endswith(f"Available: {', '.join(sorted(runs[:40]))}.")
 
 
 @pytest.mark.parametrize("name", CONFIGS)
