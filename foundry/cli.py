@@ -122,7 +122,7 @@ def _name_of(command: CommandInfo) -> str:
 
 @cache
 def _reader(first: str) -> Any:
-    """Return Typer's reader for one command, since a reader for all commands takes long to make."""
+    """Return Typer's parser for one command only, because a parser for all commands takes long to make."""
     alone = copy(app)
     named = [command for command in app.registered_commands if _name_of(command) == first]
     alone.registered_commands = named or app.registered_commands

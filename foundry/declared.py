@@ -31,7 +31,7 @@ class Actions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Declared(msgspec.Struct, frozen=True, kw_only=True):
-    """The declaration that a world makes about its records, before it writes the first record (in `sweep.yaml`).
+    """A world's declaration about its records, which foundry writes to `sweep.yaml` before the first record.
 
     Attributes:
         form: name of the form of records, by which foundry finds the code for them.

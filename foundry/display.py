@@ -167,7 +167,7 @@ class ProgressDisplay:
             self._bars.refresh()
 
     def _tell_ended(self) -> None:
-        """Print a line for each run that ended since the last call; an end before this sweep command does not count."""
+        """Print a line for each run that ended since the last call of this method and after this command began."""
         looked = [(run, before, run.summary() if run.ended else None) for run, before in self._untold]
         self._untold = [(run, before) for run, before, now in looked if now in (None, before)]
         for _, before, now in looked:

@@ -26,7 +26,7 @@ class Recorder(Protocol):
         """Store records of the world."""
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Store lines of the log of calls."""
+        """Append calls to the log of calls."""
 
     def frame(self, step: int, png: bytes) -> None:
         """Store a picture of the state after a step."""
@@ -199,7 +199,7 @@ class _AskedAhead:
         self._failed: dict[Asked, Exception] = {}
 
     async def play(self) -> None:
-        """Play the world to its end. After an error, wait for all open calls first, so that no answer is lost."""
+        """Play the world to its end. After an error, wait for all open calls before it is raised: no answer is lost."""
         try:
             while not self._episode.world.finished:
                 is_stopping = self._stopping()

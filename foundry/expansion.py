@@ -19,7 +19,7 @@ FORMAT, DEFAULT_SPACE = "format", "spread"
 """The setting `format`, and the space of formats for a number without a space: `format=3` means `format=spread/3`."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
-"""The keys of a configuration that define a run, without `model.server`: that key only says how to reach a model."""
+"""The keys of a configuration that define a run, except `model.server`, which says how to reach a model."""
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
@@ -229,7 +229,7 @@ def is_served(model: Mapping[str, Any]) -> bool:
 
 
 def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
-    """Apply a change to a model's configuration and to each of its members, which have a `_target_`."""
+    """Apply a change to a model's configuration, and to the configuration of each member (a part with a `_target_`)."""
     return change({key: _changed_within(value, change) for key, value in model.items()})
 
 

@@ -61,7 +61,7 @@ def folders_last(argv: Sequence[str]) -> list[str]:
 
 
 def importable(folders: Iterable[Path]) -> None:
-    """Append folders to Python's path. A module elsewhere hides a module of the same name in these folders."""
+    """Append folders to `sys.path`. Python takes a module from them only if no earlier folder has one of this name."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
 
 

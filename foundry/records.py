@@ -190,7 +190,7 @@ class GridStep(Record, frozen=True, kw_only=True):
 
     @property
     def decision(self) -> str | None:
-        """The direction, or `stay`; None after an unreadable reply, which leaves the agent where it is."""
+        """The direction of the agent's move, or another action such as `stay`; None after an unreadable reply."""
         return (self.direction or self.action) if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
 
     def tally(self, counts: Counts) -> None:

@@ -80,7 +80,7 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, text: str, tokens: Sequence[TokenLogprobs]) -> "Sign":
-        """Return the part of a reply that is recorded."""
+        """Return the text and the first tokens of a reply; foundry records these."""
         return cls(text=text, tokens=tuple(map(_rounded, tokens[:PLACES])))
 
 
@@ -174,7 +174,7 @@ def _judged(value: float, same_from: float, other_below: float) -> Verdict:
 def _same_context(
     first: Sequence[TokenLogprobs], second: Sequence[TokenLogprobs]
 ) -> Iterator[tuple[TokenLogprobs, TokenLogprobs]]:
-    """Yield the pairs of tokens at the same position, up to the first pair that differs."""
+    """Yield the pairs of tokens at the same position in two replies, up to the first pair that differs."""
     for one, other in zip(first, second, strict=False):
         if one.top and other.top:
             yield one, other

@@ -154,7 +154,7 @@ def _sample(sweep: SweepFolder, label: Label, label_folder: LabelFolder, per_mod
 
 
 def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
-    """Return the sweep's own cache of answers, or the usual cache if the sweep's is missing, as after a move."""
+    """Return the address of the sweep's answer cache; if it is missing, perhaps since a move, of the usual one."""
     from foundry.models.answers.answers import is_database
 
     own: str | None = sweep.settings.get("cache", {}).get("path")

@@ -63,7 +63,7 @@ class AskingPage:
     def shown(
         self, desk: Desk, told: str, *, leave: Callable[[], None], **watching: Callable[[], Any]
     ) -> Iterator[None]:
-        """Serve the page of questions within this context, and a moment longer if the page is open.
+        """Serve the page of questions within this context, and up to a second longer if the page is open.
 
         Args:
             desk: the desk at which questions wait.

@@ -353,6 +353,6 @@ def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
 
 
 def _deeper(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the settings with the last word of a missing one; `model.options.temperature` for `model.temperature`."""
+    """Return settings like a missing one, but nested: `model.options.temperature` for `model.temperature`."""
     group, word = key.split(".")[0], key.split(".")[-1]
     return [path for path, _ in leaves(config.get(group), group) if path.endswith(f".{word}")]

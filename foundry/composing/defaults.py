@@ -67,7 +67,7 @@ class Defaults:
         return own
 
     def chosen(self, given: Set[str], choices: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
-        """Return as overrides the user's choices that apply; a sweep or the command line may replace a choice."""
+        """Return the user's default choices, as `world=bar`, that no named sweep and no command line replaces."""
         return tuple(
             f"{group}={option}"
             for group, option in self.choices.items()

@@ -83,7 +83,7 @@ def _edits() -> Mapping[str, Path]:
 
 
 def _groups() -> dict[str, tuple[str, Callable[[], Mapping[str, Path]]]]:
-    """Return the groups of parts; for each, the pattern of its files, and a function that lists shipped parts."""
+    """Return, for each kind of part: the pattern of its files, and a function that lists the shipped parts."""
     rooms = {folder.name: [folder] for folder in paths.conf_dir().iterdir() if folder.is_dir()}
     rooms["sweep"] = [paths.sweeps_dir()]
     signatures = list((paths.PACKAGE.parent / "analysis").glob("*/signatures"))

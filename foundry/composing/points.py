@@ -19,7 +19,7 @@ from foundry.storing.plain import read_config
 from foundry.storing.sweep_file import to_yaml
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
-"""Function that calls a function in one job per list of overrides, and returns the `JobReturn` of each job."""
+"""A launcher of Hydra: it calls the given function once per list of overrides, and returns a `JobReturn` per call."""
 PRIMARY = "config"
 _OF_HYDRA = ("hydra.", "hydra/")
 _SEARCHPATH = "hydra.searchpath="
@@ -48,7 +48,7 @@ class Point:
 def points_of(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
 ) -> tuple[list[Point], Launch | None]:
-    """Return the points of a grid, and a function that runs jobs (None if no launcher of Hydra is named)."""
+    """Return the points of a grid, and the named launcher of Hydra as a function that runs jobs, or None."""
     import hydra
     from omegaconf import OmegaConf
 

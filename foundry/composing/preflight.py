@@ -107,7 +107,7 @@ def _parts_key(condition: Condition, model: Model) -> str:
 def _check_in_runs(
     condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], worlds: Mapping[str, _Opened]
 ) -> None:
-    """Check that a population can answer in every run; other models are the same in all runs."""
+    """Check that a population can answer in every run. Other models do not depend on the run, so they need no check."""
     key = settings_key(condition.config["model"])
     model, scenario = models[key], worlds[_parts_key(condition, models[key])].scenario
     for seed in condition.seeds:

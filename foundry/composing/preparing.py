@@ -167,7 +167,7 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: 
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:
-    """Return the job that plays the runs of a sweep."""
+    """Return the input of a runner: the sweep's folder, its settings, and facts about its models."""
     check_reachable(settings["cache"]["path"])
     repeated = settings.get(SETTING, 0)
     recorded = {line["name"]: line for line in folder.models}

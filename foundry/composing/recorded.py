@@ -20,7 +20,7 @@ GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
 """The other keys of a recorded configuration that overrides may change."""
 _AS_RECORDED = "as_recorded"
-"""Name of the temporary option in each group that contains the recorded part."""
+"""Name of a temporary option in each configuration group; it contains the recorded world, model or prompt."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 _OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
 """A reference to the seed in a setting, such as `${seed}`."""

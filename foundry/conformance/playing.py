@@ -291,7 +291,7 @@ class WorldCase:
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False
     ) -> Episode:
-        """Play an episode with this seed; see `play`. If a scenario is given, it replaces the shared one."""
+        """Play an episode with this seed; see `play`. Without `scenario`, the shared scenario is played."""
         world = (scenario or self.scenario).start(self.seed)
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 

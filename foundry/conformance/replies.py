@@ -29,7 +29,7 @@ _MOST_OPTIONS = 24
 
 
 class _Place(NamedTuple):
-    """A question in the usual episode, with the index of its round and its index in the round."""
+    """A question of the episode `case.usual`, with the index of its round and its index in this round."""
 
     turn: int
     at: int
@@ -135,7 +135,7 @@ def _spoiled(case: WorldCase) -> Answering:
 
 
 def reads_the_options_it_offers(case: WorldCase) -> None:
-    """The world reads each reply that it offers (`Question.options`) as a different, declared decision."""
+    """The world reads the replies that it suggests (`Question.options`) as declared actions, each as another one."""
     places = [place for place in _places(case) if place.question.options]
     if not places:
         raise Skipped("its questions have no options, which scripted/random needs: give each Question its `options`")

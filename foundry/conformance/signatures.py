@@ -203,7 +203,7 @@ def _is_of_random(measure: Any) -> bool:
 
 
 def _half_width(values: Any, rows: int) -> float:
-    """Return half the width of a mean's interval, with Bonferroni's correction for the number of measures."""
+    """Return half the width of a confidence interval of a mean, with Bonferroni's correction for `rows` measures."""
     from analysis.stats.intervals import student_quantile
 
     quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)

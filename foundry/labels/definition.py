@@ -19,13 +19,13 @@ Unit = Literal["message", "decision", "reply", "moment"]
 Context = Mapping[str, Any]
 """Facts about a text by name, such as the fires of the world, the agent's prompt, and the possible actions."""
 Rule = Callable[[str, Context], str | None]
-"""A function that returns the choice for a text, or None if it cannot tell."""
+"""A function that returns the choice for a text, or None if the text does not show which choice is right."""
 
 YES, NO = "yes", "no"
 UNCLEAR = "unclear"
 """The answer of a labeller who cannot decide; no label may have a choice with this name."""
 NONE = "none"
-"""The choice for a reply without a decision, if the choices of the label are the actions of the world."""
+"""The choice for a reply that chooses no action, for a label whose choices are the actions of the world."""
 ACTIONS = "actions"
 """With `choices: actions`, the choices for a reply are the actions that the world declares for its question."""
 

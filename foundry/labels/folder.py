@@ -197,7 +197,7 @@ class Labels:
 
     @cached_property
     def answers(self) -> dict[str, list[str]]:
-        """The answers of all people about each text of the sample that somebody answered."""
+        """For each text of the sample that people have labelled, the labels of these people."""
         found: dict[str, list[str]] = {}
         for drawn in self.sample.drawn:
             answers = [labels[drawn.item] for labels in self.by_person.values() if drawn.item in labels]

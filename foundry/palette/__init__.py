@@ -50,7 +50,7 @@ DARK_COLOURS = (
 """Colours of the same models on a dark background. They differ as much as `COLOURS`, and their hues are similar."""
 
 BASELINE = "#808080"
-"""The colour of all baselines, whose marker is a disc. They share it because nobody compares baselines."""
+"""The colour of all baselines, whose marker is a disc. One colour is enough, because nobody compares baselines."""
 
 DASHES = ((), (3.5, 1.5), (1.0, 1.5), (4.5, 1.5, 1.0, 1.5), (6.0, 1.5, 1.0, 1.5, 1.0, 1.5))
 """Alternating lengths of strokes and gaps, in line widths; empty for a solid line."""
@@ -95,7 +95,7 @@ MARKERS = (
 """The markers of models: diamond, square, triangles, plus, cross, pentagon, hexagon, star and thin diamond."""
 
 LOOKS = len(COLOURS) * len(MARKERS)
-"""Number of models with different colours or markers. Larger indices repeat them with other dashes."""
+"""Number of pairs of a colour and a marker. Models with this or a larger index repeat a pair, with other dashes."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def look(index: int, *, baseline: bool = False) -> Look:
 
 
 def label_colour(place: int) -> str:
-    """Return the colour of the label with this index among the labels of a kind."""
+    """Return the colour of a label, given its index among all labels of its kind of decision."""
     if place < len(LABELS):
         return LABELS[place]
     rgb = hls_to_rgb(place * TURN % 360 / 360, 0.55, 0.65)

@@ -134,7 +134,7 @@ def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
 
 
 def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
-    """Yield one moment of each stratum in turn; within a stratum, take one of each window of steps in turn."""
+    """Yield moments of all strata in turn; the moments of a stratum come from all its windows of steps in turn."""
     queues = [_in_turns(list(strata[stratum].values()), rng) for stratum in sorted(strata)]
     return _round_robin([queues[place] for place in rng.permutation(len(queues))])
 

@@ -107,7 +107,7 @@ class Perceived(msgspec.Struct, frozen=True):
 
 
 class Seen(msgspec.Struct, frozen=True):
-    """All that a page shows about one moment.
+    """The data of one moment for its page.
 
     Attributes:
         form: form of the world's records; "" if the world cannot be built.

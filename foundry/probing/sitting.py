@@ -72,7 +72,7 @@ def people_to_ask(sweep: Sweep) -> list[str]:
 
 
 def how_far(folder: SweepFolder) -> Callable[[], float]:
-    """Return a function that returns which share (0..1) of a sweep's maximum number of calls is done."""
+    """Return a function that computes how much of a sweep is done: the share (0..1) of its maximum number of calls."""
     progress = SweepProgress(folder)
 
     def share() -> float:

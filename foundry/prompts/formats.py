@@ -125,7 +125,7 @@ class Format:
         return "".join(words)
 
     def _in_order(self, text: str) -> str:
-        """Format the text, and reorder its sections; text before the first section stays first."""
+        """Return a prompt's text in this format, with reordered sections. Text before the first section stays first."""
         first, *sections = re.split(f"(?m)^(?={_HEADING})", text)
         last = next((number for number, section in enumerate(sections) if _REPLY in section), len(sections) - 1)
         free = [number for number in range(len(sections)) if number != last]

@@ -93,7 +93,7 @@ def _flat(text: str, length: int) -> str:
 
 
 def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> InputError:
-    """Return an error in one line, with the number of the wrong line of a template and the fault."""
+    """Return an error whose message is one line: the place of the fault in the template, and the fault."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == _TEMPLATE_FILE]
     message = f"{where}, line {lines[-1] if lines else '?'}: {error}."

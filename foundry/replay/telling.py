@@ -118,5 +118,5 @@ def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
 
 
 def band_height(room: int) -> int:
-    """Return the height of a band for this number of lines, in pixels; 0 for no line."""
+    """Return the height of an image with this number of text lines, pixels; 0 for no line."""
     return room * LINE_PX + MARGIN_PX if room else 0

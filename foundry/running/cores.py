@@ -8,7 +8,7 @@ from collections.abc import Iterator
 _THREADS = "LP_NUM_THREADS"
 """The environment variable that sets how many further threads of Mesa's software driver draw a picture."""
 _SELDOM = (20_000, 20, 20)
-"""Thresholds at which Python's garbage collector seldom runs."""
+"""Thresholds for Python's garbage collector (`gc.set_threshold`) with which it seldom runs."""
 
 
 def share_cores(workers: int) -> None:

@@ -85,7 +85,10 @@ class Lanes:
             return None
 
     def _suspects(self, spec: LaneSpec) -> tuple[str, ...]:
-        """Return the ids of the runs that a dead worker had open; a run that alone killed too many workers fails."""
+        """Return the ids of the runs that a dead worker had open.
+
+        A run fails if it was the only open run of too many dead workers.
+        """
         opened: list[str] = self._spec.folder.progress().get(spec.name, {}).get("open", [])
         if not opened:
             self._idle_deaths += 1

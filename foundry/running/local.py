@@ -82,7 +82,7 @@ class Runner(ABC):
     """Plays the runs of a sweep in phases; subclasses define where the workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
-        """Store the settings that `conf/runner/local.yaml` explains."""
+        """Check and store the settings; `conf/runner/local.yaml` explains each."""
         self._open_runs = _count("runner.open_runs", open_runs)
         if not isinstance(ahead, bool):
             raise InputError(f"runner.ahead={ahead} is neither true nor false. Give true or false.")
@@ -130,7 +130,7 @@ class LocalRunner(Runner):
     """Plays the runs of a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
-        """Store the settings that `conf/runner/local.yaml` explains."""
+        """Check and store the settings; `conf/runner/local.yaml` explains each."""
         super().__init__(open_runs, ahead)
         self._workers = worker_count(workers)
 

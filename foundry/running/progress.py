@@ -109,7 +109,7 @@ class Totals(Tally):
 
     @property
     def _length(self) -> float:
-        """Number of calls that ended runs made, as a share of their maximum number of calls."""
+        """The ended runs' number of calls, divided by their maximum number of calls."""
         return 1 - self.spared / self._ended_most if self._ended_most else 1.0
 
     def merge(self, report: Mapping[str, int]) -> None:
@@ -207,7 +207,7 @@ class Pace:
         return (self._count - count) / (self._now - since) if self._now - since >= LEAST_S else None
 
     def seconds_for(self, count: float) -> float | None:
-        """Return how many seconds the next growth by `count` will take; None if it is too early to tell.
+        """Return how many seconds it will take until the count has grown by `count`; None if it is too early to tell.
 
         A small growth takes as long as the latest growth of that size, since the last runs cannot keep a server busy.
         A count may grow in bursts. So the time since the last burst counts as a part of the time until the next.

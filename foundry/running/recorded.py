@@ -24,7 +24,7 @@ from foundry.worlds.base import Asked, Question
 CALLS = "calls.jsonl.zst"
 NOTHING = "nothing"
 _BEFORE, _LONGEST = 24, 72
-"""Number of shown characters before the first difference, and number of all shown characters."""
+"""If a long line differs, this number of characters before the difference are shown, and this number in all."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class NotRecorded(RecordError):
 
 @dataclass(frozen=True)
 class Wording:
-    """The prompt and the seed with which the questions before a step were asked.
+    """The prompt and the sampling seed with which a part of a run's questions were asked: those before a certain step.
 
     Attributes:
         before: the first step with another wording; None if it is valid until the end of the run.
@@ -130,7 +130,7 @@ def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
 
 
 def wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return all prompts and seeds of a run's questions, in order of steps; only a fork has several."""
+    """Return the prompts and sampling seeds of a run, in the order of steps. Only a fork can have several."""
     return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
 
 
@@ -209,7 +209,7 @@ class RecordedAsker:
         return [there(reply_of(self._call(request))) for request in requests]
 
     def call(self, request: Request, reply: Reply) -> Call:
-        """Return the recorded call as a call from the cache."""
+        """Return the recorded call, marked as answered by the cache."""
         return msgspec.structs.replace(self._call(request), cached=True)
 
     def _call(self, request: Request) -> Call:

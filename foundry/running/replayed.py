@@ -64,7 +64,7 @@ class ReplayModel(Model):
         return {"replays": self._of, "sweep": self._sweep.sweep.definition}
 
     def in_run(self, context: RunContext) -> Model:
-        """Return a model that answers from the recorded runs whose calls have the seed of this run's calls."""
+        """Return a model for a run; it answers from the recorded runs that have the same sampling seed."""
         seeds = {run.calls_seed for run in self._runs}
         if context.calls_seed not in seeds:
             raise InputError(
@@ -74,7 +74,7 @@ class ReplayModel(Model):
         return Replayed(self, context.calls_seed)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer a request from the records of all chosen runs."""
+        """Return the answer to a request from the records of all replayed runs."""
         return AnswerTable(self._sweep.path, self._runs).reply(request)
 
     def _table(self, calls_seed: int) -> "AnswerTable":

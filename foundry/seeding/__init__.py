@@ -52,7 +52,7 @@ def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0
 
 @lru_cache(maxsize=256)
 def _mixed(seed: int, step: int, kind: str) -> tuple[int, int]:
-    """Return the first word of a `SeedSequence`'s pool and its multiplier, before the agent's id is mixed in.
+    """Return a `SeedSequence` before the agent's id is mixed in: the first word of its pool, and a multiplier.
 
     Each word of the pool is hashed once alone, once for every other word, and once for each word beyond the fourth.
     """

@@ -107,7 +107,7 @@ class PositionLaw:
     def _starts_within(
         self, centres: NDArray[np.int64], extent: NDArray[np.int64], starts: NDArray[np.int64]
     ) -> NDArray[np.int64]:
-        """Return how many cells of `starts` a place would cover at each centre, (C,), from cumulative sums."""
+        """Return, for each centre, how many cells of `starts` a place there would cover, (C,). Uses cumulative sums."""
         width = 2 * self._half_size + 1
         sums = np.zeros((width + 1, width + 1), dtype=np.int64)
         np.add.at(sums, tuple((starts + self._half_size + 1).T), 1)

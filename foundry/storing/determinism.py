@@ -139,7 +139,7 @@ def _score(repeats: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return a remark for each model whose server repeats calls inexactly, by the model's name in tables."""
+    """Return a remark for each model whose server did not repeat all calls exactly. Keys are names as in tables."""
     least_last = sorted(
         (repeat for repeat in repeats if not repeat.exact),
         key=lambda repeated: -repeated.least.equal / repeated.least.of,

@@ -25,14 +25,14 @@ ALWAYS_THERE = ("steps", "messages")
 """The record files that every run has; they may be empty."""
 IMAGES = "images"
 ENDED_RUNS = "runs/*/run.json"
-"""The pattern of the files that mark ended runs."""
+"""The pattern for all `run.json` files of a sweep; each of them shows that its run has ended."""
 KEPT = ("frames", IMAGES)
 """The folders of a run that contain pictures."""
 PROBE = "foundry.worlds.probe.probe_world.ProbeScenario"
 """The class of the world of a probe; its moments are in the sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
-"""The folder for files from other sweeps, and the name of a file in it with the answers of one run."""
+"""The folder for files from other sweeps, and the name of its files with answers; `{}` stands for the run's id."""
 FIXTURES = "fixtures"
 """The record file with the positions of places and fires that a 2D world drew at random."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
@@ -178,7 +178,7 @@ class RunFolder:
         return [file.relative_to(self.path).as_posix() for file in files if plain(file).is_file()]
 
     def check_declared(self, streams: Iterable[str]) -> None:
-        """Raise an error unless the run's world declares these streams of records."""
+        """Raise an error unless the run's world declares each of these record files."""
         known = self.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
         for name in streams:
             if name not in known:

@@ -79,7 +79,7 @@ def _steps_of(run: RunFolder) -> list[int]:
 
 
 def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:
-    """Return the part of a fork's configuration that names the continued run, with that run's prompt and seed."""
+    """Return the part `fork` of a fork's configuration: the continued run, and the prompts and seeds of its calls."""
     whole = {"before": None, "prompt": config["prompt"], "seed": calls_seed(config)}
     past: list[dict[str, Any]] = []
     for part in [*config.get("fork", {}).get("past", []), whole]:

@@ -34,7 +34,7 @@ ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
     "fork": (object, ("foundry.prompts",)),
     "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),
 }
-"""The base class of each part of a configuration, and the modules whose classes this part may contain."""
+"""For each part of a configuration: the base class of its class, and the modules from which its classes may come."""
 PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
 SCRIPTED = "foundry.models.scripted"
 """The package with the scripted model that gives faulty replies on purpose; all its classes are harmless."""

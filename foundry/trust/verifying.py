@@ -219,7 +219,10 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 def _drawn(
     run: RunFolder, verified: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
 ) -> Verified:
-    """Return the result for a run with a difference; if only the renderer differs, the verdict says so."""
+    """Return the result for a run that differs from its replay.
+
+    If only another renderer drew the pictures, the verdict says so.
+    """
     if drew is None or verified.difference is None or not is_of_pictures(verified.difference):
         return verified
     questions = scenario.start(config["seed"]).pending()

@@ -25,7 +25,7 @@ class AnalysedRuns:
         self._spans: dict[str, slice] = {}
 
     def of(self, run: str) -> dict[str, Any]:
-        """Return the `events` of a run, `why` there are none ("" if there are), and its `score` or None."""
+        """Return the `events` of a run, the reason `why` there are none (or ""), and its `score` (or None)."""
         file, problem = self._sweep.folder.analysis_dir / "events.parquet", ""
         if not file.is_file():
             problem = "not analysed"

@@ -82,7 +82,7 @@ class CallLog:
         return lines_by_agent
 
     def _go_to(self, step: int) -> None:
-        """Make `self._next` the first call of a step, or a call before it."""
+        """Move the reading position, `self._next`, to the first call of a step or to an earlier call."""
         self._look_for_frames()
         frame = max(0, bisect_left(range(len(self._starts)), step, key=self._first_step) - 1)
         if self._next is None or self._next.step > step or self._next.frame < frame:
@@ -90,7 +90,7 @@ class CallLog:
             self._next = next(self._calls, None)
 
     def _look_for_frames(self) -> None:
-        """Find the first byte of each Zstandard frame. The last known frame is read again, since it may have grown."""
+        """Find the positions at which Zstandard frames begin. The last known frame is read again: it may have grown."""
         known = self._starts.pop() if self._starts else 0
         if self.path.exists() and self.path.stat().st_size:
             with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:

@@ -161,7 +161,7 @@ class CatalogedSweep:
         return [run.id for run in runs if run.condition in like and run.seed == own.seed]
 
     def runs_of_mask(self, mask: str) -> list[str]:
-        """Return the ids of the runs that a mask chooses; `places_in` describes masks."""
+        """Return the ids of the runs whose bit in a mask is 1; `places_in` describes masks."""
         runs = self.folder.sweep.runs
         return [runs[place].id for place in places_in(mask, len(runs))]
 

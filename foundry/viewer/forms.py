@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class FormView:
-    """The class that reads the records of a form for the page.
+    """Names the class that reads the records of a form for the page.
 
     Attributes:
         run: a subclass of `RunView`. A form without a page of its own needs a subclass of `AnyView`.

@@ -10,7 +10,7 @@ from foundry.errors import RecordError
 BLOCK = 1 << 22
 """Number of bytes that are read at once."""
 NEAR = 1 << 10
-"""The search for the last line of a step begins this number of bytes after its first line."""
+"""To find the last line of a step, the search first jumps this number of bytes beyond the step's first line."""
 _STEP = re.compile(rb'\{"step":(\d+)')
 _AGENT = re.compile(rb'\{"step":\d+,"agent":(\d+),')
 

@@ -18,7 +18,7 @@ LINGER_S = 1.0
 
 @contextmanager
 def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
-    """Serve a sweep's folder from another process during the block; yield the address of the page."""
+    """Show a sweep's folder on a page while the `with` block runs; another process serves it. Yield its address."""
     command = [sys.executable, "-m", "foundry.viewer.live", str(folder), *trusted]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdin is not None and process.stdout is not None

@@ -202,7 +202,7 @@ class Resources:
         return {"partings": [[parting.step, parting.agent, parting.question, parting.asked] for parting in listed]}
 
     def view(self, sweep: str, run: str) -> RunView:
-        """Return the view of a run. A restarted run gets a new view."""
+        """Return the view of a run. If the run was started anew, its view is made anew too."""
         with self._lock:
             folder = self.catalog.sweep(sweep).run(run)
             cached = self._views.pop((sweep, run), None)
@@ -298,7 +298,7 @@ def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:
-    """Yield the addresses of a run's data that exist for every form, without the data of single agents."""
+    """Yield the addresses of data that runs of all forms have; the data of single agents are not among them."""
     view.steps.grow()
     yield from ("about", "progress", "analysis", "agents")
     yield from (

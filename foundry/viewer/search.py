@@ -236,7 +236,7 @@ def _is_asked(note: Note, query: Query) -> bool:
 
 
 def _add(connection: sqlite3.Connection, run: RunFolder) -> None:
-    """Add the texts of a run, unless another process did so. If the run was restarted, replace its earlier texts."""
+    """Add the texts of a run to the index, unless another process did so. A restarted run's old texts are replaced."""
     connection.execute("BEGIN IMMEDIATE")
     known = connection.execute("SELECT id, beginning FROM runs WHERE run = ?", (run.id,)).fetchone()
     if known is None or known[1] != run.beginning:
@@ -271,7 +271,7 @@ def _texts(run: RunFolder) -> Iterator[_Moment]:
 
 
 def _outcome_of(record: dict[str, Any], key: str) -> str:
-    """Return the outcome of the reply that the text under `key` in a record comes from."""
+    """Return the outcome of a reply, given a record and the key under which it contains a text of this reply."""
     names = ("message_outcome", "outcome") if key.startswith("message") else ("outcome",)
     known = (record[name] for name in names if record.get(name) in _OUTCOMES)
     return str(next(known, Outcome.CHOSEN))

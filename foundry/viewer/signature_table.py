@@ -43,11 +43,11 @@ class SignatureTable:
             return []
 
     def numbers(self, name: str, runs: Sequence[str]) -> list[float | None]:
-        """Return the number of each run in a column; None if it is missing."""
+        """Return the values of the runs in a column, as numbers; None for a missing value."""
         return [_number(value) for value in self._values(name, runs)]
 
     def texts(self, name: str, runs: Sequence[str]) -> list[str]:
-        """Return the text of each run in a column, as in the CSV file; "" if it is missing."""
+        """Return the values of the runs in a column, as texts like those in the CSV file; "" for a missing value."""
         return ["" if value is None or value != value else str(value) for value in self._values(name, runs)]
 
     def _values(self, name: str, runs: Sequence[str]) -> list[Any]:

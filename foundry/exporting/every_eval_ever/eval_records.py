@@ -22,7 +22,7 @@ _ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
 """The sampling parameters for which the schema has a field."""
 _UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
 LEFT_OUT = "left_out.json"
-"""The file that lists the measures that no record contains, with the reasons."""
+"""The exported file that lists measures without any result, with the reasons."""
 _NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 

@@ -56,7 +56,7 @@ class AnyView(RunView):
         return step if count >= self.steps.in_first or self.folder.ended else step - 1
 
     def progress(self, *, running: bool) -> dict[str, Any]:
-        """Return the progress of the run. `beginning` changes if the page must load the run again."""
+        """Return the progress of the run. If its value `beginning` changes, the page must load the run again."""
         state = super().progress(running=running)
         self._fit()
         return state | {"beginning": f"{state['beginning']} {self.agents} {self.steps.in_first}"}

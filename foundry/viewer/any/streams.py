@@ -34,7 +34,7 @@ class OwnStream:
 
     @property
     def told(self) -> dict[str, Any]:
-        """The description of the file that the page gets."""
+        """The name of this record file, its keys, and whether its lines have steps, as the page gets them."""
         return {"name": self.name, "keys": self.keys, "by_step": self.by_step}
 
     def rows(self, first: int, last: int) -> list[msgspec.Raw]:
@@ -104,7 +104,7 @@ class Curves:
 
 
 def curves_of(declared: Declared, steps: StepLines, streams: Sequence[OwnStream]) -> tuple[Curves, ...]:
-    """Return the curves of a run: one for each of the world's own record files, then one for each other number."""
+    """Return the groups of curves of a run: one per record file of the world, then one per number of `steps.jsonl`."""
     files = (
         (stream.name, _numbers(declared.streams.get(stream.name, {})), stream.lines)
         for stream in streams

@@ -198,7 +198,7 @@ class _File:
         return self.add("bufferViews", part if target is None else {**part, "target": target})
 
     def content(self, root: int) -> bytes:
-        """Return the content of the file, which shows a node and its descendants."""
+        """Return the bytes of the glTF file; its scene consists of the node `root` and all nodes below it."""
         head = {
             "asset": {"version": "2.0", "generator": "foundry"},
             "extensionsUsed": ["KHR_materials_unlit"],

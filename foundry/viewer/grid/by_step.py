@@ -64,7 +64,7 @@ THERE = "present (agents)"
 
 
 class GridByStep:
-    """Numbers of a run, each with one value per step. Steps must be added in order: values depend on earlier steps.
+    """Computes numbers with one value per step of a run. Steps must be added in order: values depend on earlier steps.
 
     - WARNED: agents that a warning told of a fire before they perceived one / agents so far that did not perceive one
       first. The warning must go back to an agent that had perceived the fire. After the last step it equals
@@ -106,7 +106,7 @@ class GridByStep:
         return len(self.values.get(SAID, ()))
 
     def take(self, first: int, rows: Sequence[GridStep], deliveries: Sequence[Sequence[int]]) -> None:
-        """Add the steps from `first` on, unless they were already added.
+        """Add the values of the steps from `first` on; do nothing if these steps were added before.
 
         Args:
             first: the first step.

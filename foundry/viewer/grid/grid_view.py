@@ -101,7 +101,7 @@ class GridView(RunView):
         return {key: world.get(key) for key in keys} | {"directions": DIRECTIONS} | further
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return positions, actions, outcomes, links and deliveries of the given steps."""
+        """Return positions, actions, outcomes and neighbours of agents, and deliveries, from step `first` to `last`."""
         rows = self._rows(first, last)
         links: list[list[int]] = [[] for _ in range(first, last + 1)]
         for row in rows:
@@ -137,7 +137,10 @@ class GridView(RunView):
         }
 
     def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
-        """Return x, y and amount of the changed cells by step; the first list has all changes before step `first`."""
+        """Return, for each step, the changed cells of a resource as x, y, amount, x, y, amount, and so on.
+
+        The first list contains all changes before step `first`.
+        """
         lines.grow()
         changes: list[list[int]] = [[] for _ in range(first, last + 2)]
         for cell in lines_of(lines.read(0, last), _Cell, lines.path):

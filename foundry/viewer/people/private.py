@@ -48,7 +48,7 @@ class PrivateHandler(PageHandler):
         self._within(self.answer_get)
 
     def do_POST(self) -> None:
-        """Take data that the page sends."""
+        """Process data that the page sends."""
         self._within(self._post)
 
     def answer_get(self, path: str) -> None:
@@ -57,7 +57,11 @@ class PrivateHandler(PageHandler):
         self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
 
     def answer_post(self, path: str, body: bytes) -> Any:
-        """Take data that the page sends to a path, and return the answer; raise InputError for invalid data."""
+        """Process the data `body` that the page sends to the address `path`; return the answer for the page.
+
+        Raises:
+            InputError: the data are invalid.
+        """
         raise NotImplementedError
 
     def send_json(self, value: Any) -> None:
@@ -81,7 +85,7 @@ class PrivateHandler(PageHandler):
 
 
 def read(body: bytes, kind: type[T]) -> T:
-    """Return the data that the page sent, or raise InputError if they have another type."""
+    """Return the data that the page sent, or raise InputError if their type is not `kind`."""
     try:
         return msgspec.json.decode(body, type=kind)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -46,7 +46,7 @@ class ProbeView:
         return moment.run, moment.step, moment.agent
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the addresses and contents of all resources; after `EXPORTED_S`, no more states of worlds are drawn."""
+        """Yield the addresses and contents of all resources; pictures of worlds are drawn for `EXPORTED_S` seconds."""
         yield "moments", self.get("moments", ())
         begun = time.monotonic()
         for number in range(len(self._probe.moments.moments)):
