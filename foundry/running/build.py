@@ -1,11 +1,12 @@
 """Builds an object of the class that `_target_` names in a configuration, and wraps the models of a run."""
 
+import inspect
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from foundry.episode import Asker
-from foundry.errors import FoundryError, InputError
-from foundry.expansion import calls_seed
+from foundry.errors import FoundryError, InputError, not_found
+from foundry.expansion import calls_seed, leaves
 from foundry.models.answers.answers import Answers
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, ModelInfo, RunContext
@@ -46,8 +47,36 @@ def build(config: Mapping[str, Any]) -> Any:
 def _built(value: Any) -> Any:
     if isinstance(value, Mapping):
         parts = {key: _built(inner) for key, inner in value.items() if key != "_target_"}
-        return target_of(value["_target_"])(**parts) if "_target_" in value else parts
+        return _made(value, parts) if "_target_" in value else parts
     return [_built(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def _made(config: Mapping[str, Any], parts: Mapping[str, Any]) -> Any:
+    """Build an object from its built parts; an error names the first setting that the class does not take."""
+    made = target_of(config["_target_"])
+    try:
+        return made(**parts)
+    except TypeError as error:
+        known = _settings_of(made)
+        unknown = [name for name in parts if known is not None and name not in known]
+        if known is None or not unknown:
+            raise
+        deeper = [path for path, _ in leaves(config) if path.endswith(f".{unknown[0]}")]
+        where = f"'{config['name']}' ({config['_target_']})" if "name" in config else config["_target_"]
+        hint = "Correct the setting, or leave it out."
+        raise not_found(f"{where}: setting", unknown[0], [*known, *deeper], hint) from error
+
+
+def _settings_of(made: Any) -> list[str] | None:
+    """Return the names of the settings that a class or one of its bases takes; None if it takes any name."""
+    bases = [base for base in getattr(made, "__mro__", ())[1:-1] if "__init__" in vars(base)]
+    known: list[str] = []
+    for part in (made, *bases):
+        parameters = inspect.signature(part).parameters.values()
+        known += [one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+        if not any(one.kind is one.VAR_KEYWORD for one in parameters):
+            return known
+    return None
 
 
 def model_stack(

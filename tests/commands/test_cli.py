@@ -86,6 +86,13 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         ("--cfg jop model=scripted/stay", "--cfg/-c: invalid choice: 'jop' (choose from "),
         ("hydra.searchpath=x model=scripted/stay", "hydra.searchpath must be a list; got 'x'"),
         ("world.personas={state:{calm:1}}", "'world.personas.state' not found. Did you mean 'world.personas.gender'?"),
+        (
+            "model=scripted/random +model.stay_probabilty=1",
+            "foundry: 'scripted/random' (foundry.worlds.any.any_policies.Random): setting 'stay_probabilty' not found. "
+            "Did you mean 'stay_probability'? Available: name, stay_probability. Correct the setting, or leave it out.",
+        ),
+        ("model=qwen3:4b +model.temperature=1", "Did you mean 'options.temperature'? Available: format, logprobs, "),
+        ("world=bar model=scripted/random +world.capcity=1", "setting 'capcity' not found. Did you mean 'capacity'?"),
         ("plan outputs/pilot", "'outputs/pilot' is a folder. To write into it, use output.dir=outputs/pilot"),
         (
             "-m seed=0,1 hydra/sweeper=optuna",
