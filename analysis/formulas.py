@@ -43,11 +43,11 @@ def weighted_variance(values: IntArray, weights: IntArray) -> float:
 
 def entropy(counts: ArrayLike) -> float:
     """Return Shannon's entropy of counts (k,), bits, 0..log2 k; NaN if all are 0."""
-    found = np.asarray(counts, dtype=np.float64)
-    total = float(found.sum())
+    p = np.asarray(counts, dtype=np.float64)
+    total = float(p.sum())
     if not total:
         return math.nan
-    shares = found[found > 0] / total
+    shares = p[p > 0] / total
     return float(-(shares * np.log2(shares)).sum()) + 0.0
 
 

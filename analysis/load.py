@@ -173,7 +173,7 @@ def _fixtures(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
     for folder in folders:
         for kind, frame in form_of(folder.declared.form).fixtures(folder).items():
             frames.setdefault(kind, []).append(_of_run(folder, frame.to_dict("list")))
-    return {kind: _joined(found) for kind, found in frames.items()}
+    return {kind: _joined(joined_frames) for kind, joined_frames in frames.items()}
 
 
 def _call_row(call: Call) -> dict[str, Any]:
@@ -202,13 +202,13 @@ def _keys(folder: RunFolder, stream: str) -> tuple[str, ...]:
 
 
 def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
-    found: dict[str, list[pd.DataFrame]] = {}
+    frames: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for name in folder.streams:
             if name in folder.declared.streams and name not in _TABLES:
                 lines = read_further(folder, name, folder.summary())
-                found.setdefault(name, []).append(_frame(folder, lines, _keys(folder, name)))
-    return {name: _joined(frames) for name, frames in found.items()}
+                frames.setdefault(name, []).append(_frame(folder, lines, _keys(folder, name)))
+    return {name: _joined(frames) for name, frames in frames.items()}
 
 
 def _personas(folder: RunFolder) -> pd.DataFrame:

@@ -138,10 +138,10 @@ class Analysis:
     def summary(self) -> tuple[str, ...]:
         """Sentences about the thresholds, then sentences about the findings."""
         planned = self.planned is not None
-        found = summary(
+        lines = summary(
             self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, sides=self.sides
         )
-        return (*sentences(self.thresholds), *found)
+        return (*sentences(self.thresholds), *lines)
 
     @cached_property
     def matrix(self) -> Matrix:
@@ -169,7 +169,7 @@ class Analysis:
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         means = means_of(self.compared, self.declared)
         worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]
-        told = Told(
+        results = Told(
             contrasts=self.contrasts,
             sides=self.sides,
             notes=self.notes,
@@ -182,7 +182,7 @@ class Analysis:
             means=means,
             matrix=self.matrix,
         )
-        return ending(told, width, printed)
+        return ending(results, width, printed)
 
 
 def analyze(
@@ -237,24 +237,24 @@ def analyze(
     del measured  # from here on the table contains all measures
     table = build_table(results)
     results = [result.without_measures() for result in results]
-    found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
-    partings = first_partings(found.members, found.compared.group_columns.index(MODEL))
+    analysis = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
+    partings = first_partings(analysis.members, analysis.compared.group_columns.index(MODEL))
     for result, parting in zip(results, partings, strict=True):
         events.add(result.sweep, result.keys["run"], parting)
-    found.written.extend([folder / "steps.parquet", events.write(folder)])
-    found.written.extend([*_write(found, sources), *write_labellers(sweeps[0])])
+    analysis.written.extend([folder / "steps.parquet", events.write(folder)])
+    analysis.written.extend([*_write(analysis, sources), *write_labellers(sweeps[0])])
     if plots:
-        found.written.extend(_plot(found, sources, columns))
-    return found
+        analysis.written.extend(_plot(analysis, sources, columns))
+    return analysis
 
 
-def _write(found: Analysis, sources: Sequence[Source]) -> list[Path]:
+def _write(analysis: Analysis, sources: Sequence[Source]) -> list[Path]:
     return [
-        write_findings(found.path, found.findings),
-        write_overview(found.path, found.matrix, found.furthest, found.compared),
-        *_write_tables(found),
-        write_summary(found.path, found.summary, found.notes),
-        *_write_methods(found, sources),
+        write_findings(analysis.path, analysis.findings),
+        write_overview(analysis.path, analysis.matrix, analysis.furthest, analysis.compared),
+        *_write_tables(analysis),
+        write_summary(analysis.path, analysis.summary, analysis.notes),
+        *_write_methods(analysis, sources),
     ]
 
 
@@ -273,7 +273,7 @@ def _found(
     compared = replace(compare(table, groups), models=models)
     sweeps = [source.folder for source in sources]
     shown_models = set(table.frame["model"])
-    repeating = inexact(one for sweep in sweeps for one in repeats_of(sweep) if one.of in shown_models)
+    repeating = inexact(repeats for sweep in sweeps for repeats in repeats_of(sweep) if repeats.of in shown_models)
     planned, others = plans_of(sweeps, table, groups, asked=bool(family or margins))
     plan = planned.plan if planned else None
     tested = contrasts(table, groups, family=family, margins=margins, repeating=repeating, plan=plan)
@@ -375,14 +375,14 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
 
 
 def _measure_and_write_steps(
-    sources: Sequence[Source], folder: Path, kept: Path, chosen: Filter, watch: Callable[[int, int], None] | None
+    sources: Sequence[Source], folder: Path, steps_file: Path, chosen: Filter, watch: Callable[[int, int], None] | None
 ) -> tuple[list[RunResult], EventsFile]:
     runs = [run for source in sources for run in source.folder.runs()]
     by_sweep = len({source.name for source in sources}) > 1
     events = EventsFile()
     results: list[RunResult] = []
     with (
-        open_memory(kept) as memory,
+        open_memory(steps_file) as memory,
         open_steps_file(folder / "steps.parquet", schemas_of(runs), by_sweep=by_sweep) as file,
     ):
         for result in measure_runs(sources, memory):
@@ -396,67 +396,70 @@ def _measure_and_write_steps(
     return beyond_twins(results), events
 
 
-def _write_tables(found: Analysis) -> list[Path]:
+def _write_tables(analysis: Analysis) -> list[Path]:
     frames = {
-        "signatures": found.runs,
-        "sources": found.sources,
-        "variance": found.variance,
-        "fingerprint": found.fingerprint.energy,
-        "retest": found.retest,
-        "equal_chances": found.equal_chances,
-        "thresholds": found.thresholds,
+        "signatures": analysis.runs,
+        "sources": analysis.sources,
+        "variance": analysis.variance,
+        "fingerprint": analysis.fingerprint.energy,
+        "retest": analysis.retest,
+        "equal_chances": analysis.equal_chances,
+        "thresholds": analysis.thresholds,
     }
-    written = [*write_tables(found.path, found.compared, found.contrasts, found.filtered), *_write_validation(found)]
+    written = [
+        *write_tables(analysis.path, analysis.compared, analysis.contrasts, analysis.filtered),
+        *_write_validation(analysis),
+    ]
     for name, frame in frames.items():
-        stem = found.path / name
+        stem = analysis.path / name
         if len(frame):
-            written += write_numbers(stem, frame, "" if name == "sources" else found.filtered)
+            written += write_numbers(stem, frame, "" if name == "sources" else analysis.filtered)
         else:
             remove_table(stem, NUMBERS)
     return written
 
 
-def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
+def basis_of(analysis: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
     """Return the results of an analysis that the texts of methods and references are written from."""
     return Basis(
-        members=found.members,
-        forms=forms_of(member.folder for member in found.members),
+        members=analysis.members,
+        forms=forms_of(member.folder for member in analysis.members),
         labelled_by=labelled_by,
-        comparison=found.comparison,
-        contrasts=found.contrasts,
-        fingerprint=found.fingerprint,
-        planned=found.planned,
-        filtered=found.filtered,
+        comparison=analysis.comparison,
+        contrasts=analysis.contrasts,
+        fingerprint=analysis.fingerprint,
+        planned=analysis.planned,
+        filtered=analysis.filtered,
     )
 
 
-def _write_methods(found: Analysis, sources: Sequence[Source]) -> list[Path]:
-    basis = basis_of(found, [source.labelling for source in sources])
+def _write_methods(analysis: Analysis, sources: Sequence[Source]) -> list[Path]:
+    basis = basis_of(analysis, [source.labelling for source in sources])
     texts = {"methods.md": "\n\n".join(map(escaped, methods(basis))) + "\n", "references.bib": bibtex(basis)}
     for name, text in texts.items():
-        (found.path / name).write_text(text, encoding="utf-8", newline="\n")
-    return [found.path / name for name in texts]
+        (analysis.path / name).write_text(text, encoding="utf-8", newline="\n")
+    return [analysis.path / name for name in texts]
 
 
-def _write_validation(found: Analysis) -> list[Path]:
-    table = validation_table(found.validation)
-    if len(found.validation):
-        return write_table(found.path, table, found.validation, found.filtered, parts=split_by(table, "world"))
-    remove_table(found.path / table.name)
+def _write_validation(analysis: Analysis) -> list[Path]:
+    table = validation_table(analysis.validation)
+    if len(analysis.validation):
+        return write_table(analysis.path, table, analysis.validation, analysis.filtered, parts=split_by(table, "world"))
+    remove_table(analysis.path / table.name)
     return []
 
 
-def _plot(found: Analysis, sources: Sequence[Source], columns: int) -> list[Path]:
+def _plot(analysis: Analysis, sources: Sequence[Source], columns: int) -> list[Path]:
     from analysis.figures.examples import examples
     from analysis.figures.pictures import every_picture
     from analysis.plots import FORMATS, draw, write
 
     labellings = {run.id: source.labelling for source in sources for run in source.folder.runs()}
     pictures = [
-        *every_picture(found.compared, found.contrasts, found.validation, found.fingerprint),
-        *examples(found.members, found.shown, labellings).pictures,
+        *every_picture(analysis.compared, analysis.contrasts, analysis.validation, analysis.fingerprint),
+        *examples(analysis.members, analysis.shown, labellings).pictures,
     ]
-    folder = found.path / "plots"
+    folder = analysis.path / "plots"
     return [path for picture in pictures for path in write(draw(picture, *FORMATS, columns=columns), folder)]
 
 

@@ -66,9 +66,9 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
     codes: dict[str, int] = {}
-    found = ((folder, _decisions(folder, codes)) for folder in group)
+    decisions = ((folder, _decisions(folder, codes)) for folder in group)
     # Runs whose calls have equal seeds have equal answers, so only one of them counts.
-    complete = {folder.calls_seed: (folder, decided) for folder, decided in found if decided is not None}
+    complete = {folder.calls_seed: (folder, decided) for folder, decided in decisions if decided is not None}
     if len(complete) < 2:
         return
     folders, made = zip(*complete.values(), strict=True)
@@ -78,8 +78,8 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
     states = _states(folders)
     for kind in made[0]:
         mine = states.get(kind, {})
-        every = counted(mine, [one[kind] for one in made], readable_only=False)
-        readable = counted(mine, [one[kind] for one in made], readable_only=True)
+        every = counted(mine, [kinds[kind] for kinds in made], readable_only=False)
+        readable = counted(mine, [kinds[kind] for kinds in made], readable_only=True)
         yield {**keys, "kind": kind, "runs": len(made), **summary(every), **_suffixed(summary(readable))}
 
 
@@ -101,12 +101,12 @@ State = tuple[int, int, int, bytes]
 
 def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
     """Return for each kind of call the states that occur in at least two runs, with the indices of these runs."""
-    found: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
+    by_state: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
     for index, folder in enumerate(folders):
         for ((step, agent, kind), again), call in numbered(folder.calls(), place_of):
             prompt = hashlib.blake2b(msgspec.json.encode(call.messages), digest_size=16).digest()
-            found[kind][step, agent, again, prompt].append(index)
-    return {kind: {state: runs for state, runs in states.items() if len(runs) > 1} for kind, states in found.items()}
+            by_state[kind][step, agent, again, prompt].append(index)
+    return {kind: {state: runs for state, runs in states.items() if len(runs) > 1} for kind, states in by_state.items()}
 
 
 def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *, readable_only: bool) -> IntArray:
@@ -115,12 +115,12 @@ def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *,
     The last column counts unreadable replies. `readable_only` sets it to 0. States with fewer than two choices are
     left out.
     """
-    unread = 1 + max((int(one.choice.max(initial=0)) for one in made), default=0)
+    unread = 1 + max((int(decisions.choice.max(initial=0)) for decisions in made), default=0)
     counts = np.zeros((len(states), unread + 1), dtype=np.int64)
     for row, ((step, agent, again, _), runs) in enumerate(states.items()):
-        for one in (made[index] for index in runs):
-            place = (step - 1, agent, again)[: one.choice.ndim]
-            counts[row, one.choice[place] if one.readable[place] else unread] += 1
+        for decisions in (made[index] for index in runs):
+            place = (step - 1, agent, again)[: decisions.choice.ndim]
+            counts[row, decisions.choice[place] if decisions.readable[place] else unread] += 1
     if readable_only:
         counts[:, unread] = 0
     return np.asarray(counts[counts.sum(axis=1) > 1])

@@ -104,14 +104,14 @@ def parts() -> list[Part]:
         InputError: a user's module cannot be used, or has the name of a shipped module or of another one for the same
             runs.
     """
-    found = [_part(module, SHIPPED) for module in _shipped()]
-    for one in own_modules("signatures"):
-        found.append(_own_part(one))
-        check_name(found[-1].name, one.origin)
-    found += _of_labels({part.label for part in found})
+    all_parts = [_part(module, SHIPPED) for module in _shipped()]
+    for module in own_modules("signatures"):
+        all_parts.append(_own_part(module))
+        check_name(all_parts[-1].name, module.origin)
+    all_parts += _of_labels({part.label for part in all_parts})
     taken: dict[tuple[str, type], Part] = {}
-    known = _known_runs(found)
-    for part in found:
+    known = _known_runs(all_parts)
+    for part in all_parts:
         if part.run not in known:
             raise InputError(
                 f"{part.origin}: the argument of measure() is annotated with {part.run.__name__}, which is not the "
@@ -120,7 +120,7 @@ def parts() -> list[Part]:
         other = taken.setdefault((part.name, part.run), part)
         if other is not part:
             raise InputError(f"{part.origin} has the name '{part.name}' of {other.origin}: give it another NAME.")
-    return found
+    return all_parts
 
 
 def check_name(name: str, origin: str) -> None:
@@ -128,10 +128,10 @@ def check_name(name: str, origin: str) -> None:
     refuse_shipped_name(origin, name, {module.NAME: module.__file__ for module in _shipped()})
 
 
-def _known_runs(found: Sequence[Part]) -> set[type]:
+def _known_runs(all_parts: Sequence[Part]) -> set[type]:
     """Return the classes of runs of all forms; further forms are imported only if a class is unknown."""
-    known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
-    if all(part.run in known for part in found):
+    known = {AnyRun, *(part.run for part in all_parts if part.origin == SHIPPED)}
+    if all(part.run in known for part in all_parts):
         return known
     rooms = [file.parent.name for file in sorted(Path(__file__).parent.glob("*/*_run.py"))]
     forms = [*map(shipped, rooms), *(analysis_in(module) for module in own_modules("forms"))]

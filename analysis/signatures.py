@@ -103,11 +103,11 @@ class Signature:
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
         """Return the columns of a run: its measures, then the same over readable decisions only."""
         every = self.measure(run)
-        found = {f"{self.name}.{name}": value for name, value in every.items()}
+        values = {f"{self.name}.{name}": value for name, value in every.items()}
         if self.readable_too:
             alone = every if run.all_readable else self.measure(readable)
-            found |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
-        return found
+            values |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
+        return values
 
     def is_readable_only(self, measure: str) -> bool:
         """Return whether a measure, without the signature's name, is over readable decisions only."""
@@ -121,11 +121,11 @@ class Signature:
             run: class of the runs, because the description can depend on the form.
         """
         if self.is_readable_only(measure):
-            found = self.describe(measure.removesuffix(READABLE_SUFFIX), run)
-            return replace(found, label=f"{found.label}, readable only")
+            measure_all = self.describe(measure.removesuffix(READABLE_SUFFIX), run)
+            return replace(measure_all, label=f"{measure_all.label}, readable only")
         if measure.endswith(UNCORRECTED):
-            found = self.describe(measure.removesuffix(UNCORRECTED), run)
-            return replace(found, label=f"{found.label}, without people's labels")
+            measure_all = self.describe(measure.removesuffix(UNCORRECTED), run)
+            return replace(measure_all, label=f"{measure_all.label}, without people's labels")
         part = None if run is None else self.part(run)
         measures = {**self.measures, **(part.measures if part else {})}
         if measure in measures:
@@ -152,9 +152,9 @@ class Signature:
         start, star, _ = pattern.partition("*")
         if not star:
             return measure == pattern
-        further = (one.partition("*")[0] for one in (*self.measures, "n_*") if "*" in one)
+        further = (pattern.partition("*")[0] for pattern in (*self.measures, "n_*") if "*" in pattern)
         return measure.startswith(start) and not any(
-            len(one) > len(start) and measure.startswith(one) for one in further
+            len(start_of_name) > len(start) and measure.startswith(start_of_name) for start_of_name in further
         )
 
 
@@ -169,8 +169,8 @@ def discover() -> tuple[Signature, ...]:
 
 @cache
 def _discover(_folders: tuple[Path, ...]) -> tuple[Signature, ...]:
-    found = sorted(parts(), key=lambda one: (one.name, one.run is AnyRun))
-    return tuple(Signature(name, tuple(same)) for name, same in groupby(found, key=lambda one: one.name))
+    all_parts = sorted(parts(), key=lambda part: (part.name, part.run is AnyRun))
+    return tuple(Signature(name, tuple(same)) for name, same in groupby(all_parts, key=lambda part: part.name))
 
 
 def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
@@ -180,13 +180,13 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
         run: a run, in the class of its form.
         general: the same run in the class for any form; if None, signatures of any form are left out.
     """
-    views = {type(one): (one, one.only_readable()) for one in (general, run) if one is not None}
-    found: dict[str, float] = {}
+    views = {type(view): (view, view.only_readable()) for view in (general, run) if view is not None}
+    values: dict[str, float] = {}
     for signature in discover():
         part = signature.part(type(run))
         if part is not None and part.run in views:
-            found |= signature.columns(*views[part.run])
-    return found
+            values |= signature.columns(*views[part.run])
+    return values
 
 
 def corrected(
@@ -229,22 +229,29 @@ def _mean(values: FloatArray) -> float:
 def readings(labellings: Iterable[Labelling], measures: Iterable[str]) -> dict[str, Reading]:
     """Return who labelled the texts behind each measure; measures without labels are left out."""
     by_sweep, names = list(labellings), list(measures)
-    rests_on = {one.name: (part.label, part.unlabelled) for one in discover() for part in one.parts if part.label}
-    rests_on |= {own.label.name: (own.label.name, ()) for one in by_sweep for own in one.own}
-    alone = {own.label.name for one in by_sweep for own in one.own if not own.has_surrogate}
-    found: dict[str, Reading] = {}
+    rests_on = {
+        signature.name: (part.label, part.unlabelled)
+        for signature in discover()
+        for part in signature.parts
+        if part.label
+    }
+    rests_on |= {own.label.name: (own.label.name, ()) for labelling in by_sweep for own in labelling.own}
+    alone = {own.label.name for labelling in by_sweep for own in labelling.own if not own.has_surrogate}
+    by_measure: dict[str, Reading] = {}
     for column in names:
         name, _, measure = column.removesuffix(READABLE_SUFFIX).partition(".")
         label, without = rests_on.get(name, ("", ()))
         if label and measure not in without and not measure.startswith("n_"):
             is_corrected = f"{name}.{measure}{UNCORRECTED}" in names or label in alone
             correctable = is_corrected or measure.endswith(UNCORRECTED)
-            every = [one.reading(label, corrected=is_corrected, correctable=correctable) for one in by_sweep]
+            every = [
+                labelling.reading(label, corrected=is_corrected, correctable=correctable) for labelling in by_sweep
+            ]
             short, text = (
-                " or ".join(dict.fromkeys(getattr(one, name) for one in every)) for name in ("short", "text")
+                " or ".join(dict.fromkeys(getattr(reading, name) for reading in every)) for name in ("short", "text")
             )
-            found[column] = Reading(short, text)
-    return found
+            by_measure[column] = Reading(short, text)
+    return by_measure
 
 
 def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict[str, str]]:
@@ -256,11 +263,11 @@ def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict
     name of your file), and `sha256` of its code.
     """
     names = {name.partition(".")[0] for name in measures}
-    shown = [one for one in discover() if one.name in names or not one.is_label]
-    kept = [(form.name, one.part(form.run)) for form in forms for one in shown]
+    shown = [signature for signature in discover() if signature.name in names or not signature.is_label]
+    used = [(form.name, signature.part(form.run)) for form in forms for signature in shown]
     return [
         {"form": form, "signature": part.name, "origin": part.origin, "module": part.module, "sha256": part.sha256}
-        for form, part in kept
+        for form, part in used
         if part is not None
     ]
 
@@ -268,12 +275,12 @@ def sources(forms: Iterable[FormAnalysis], measures: Iterable[str]) -> list[dict
 def is_readable_only(column: str) -> bool:
     """Return whether the column `<signature>.<measure>` is over readable decisions only."""
     name, _, measure = column.partition(".")
-    return any(one.name == name and one.is_readable_only(measure) for one in discover())
+    return any(signature.name == name and signature.is_readable_only(measure) for signature in discover())
 
 
 def is_of_form(column: str, run: type) -> bool:
     """Return True if a column's signature has a module for exactly this class of runs, not only one for any form."""
-    part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
+    part = next((signature.part(run) for signature in discover() if signature.name == column.partition(".")[0]), None)
     return part is not None and part.run is not AnyRun
 
 

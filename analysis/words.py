@@ -35,10 +35,10 @@ def indexed(pattern: str) -> str:
 
 def alternatives(pattern: str) -> list[str]:
     """Return the outermost alternatives of a pattern."""
-    found, depth, start = [], 0, 0
-    for one in _STRUCTURE.finditer(pattern):
-        if one[0] == "|" and not depth:
-            found.append(pattern[start : one.start()])
-            start = one.end()
-        depth += {"(": 1, ")": -1}.get(one[0], 0)
-    return [*found, pattern[start:]]
+    parts, depth, start = [], 0, 0
+    for match in _STRUCTURE.finditer(pattern):
+        if match[0] == "|" and not depth:
+            parts.append(pattern[start : match.start()])
+            start = match.end()
+        depth += {"(": 1, ")": -1}.get(match[0], 0)
+    return [*parts, pattern[start:]]

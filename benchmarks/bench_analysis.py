@@ -88,8 +88,8 @@ class Watch:
             user, system = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
         except (FileNotFoundError, ProcessLookupError):
             return
-        _, found, peak = status.partition("VmHWM:")
-        if found:
+        _, rest, peak = status.partition("VmHWM:")
+        if rest:
             self._memory[pid] = max(self._memory.get(pid, 0.0), int(peak.split()[0]) / 1024)
             self._cpu[pid] = (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
@@ -131,10 +131,10 @@ def played(folder: Path, models: tuple[str, ...], seeds: int = PLAYED_SEEDS) -> 
     """Play runs of 20 agents and 50 steps, and return the runs of each model."""
     names = ",".join(f"scripted/{model}" for model in models)
     swept = run_sweep(folder, f"model={names}", f"seed=0-{seeds - 1}", "runner.workers=1")
-    found: dict[str, list[RunFolder]] = defaultdict(list)
+    by_kind: dict[str, list[RunFolder]] = defaultdict(list)
     for run in swept.folder.runs():
-        found[run.config()["model"]["name"]].append(run)
-    return found
+        by_kind[run.config()["model"]["name"]].append(run)
+    return by_kind
 
 
 def create(folder: Path, models: tuple[str, ...], seeds: int) -> SweepFolder:

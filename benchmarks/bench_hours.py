@@ -62,14 +62,14 @@ def main() -> None:
     rows = []
     for kind in KINDS:
         with scratch(in_memory=True) as folder:
-            told, taken = told_s(kind, folder), taken_s(kind, folder)
+            predicted, taken = told_s(kind, folder), taken_s(kind, folder)
         rows.append(
             [
                 kind.name,
                 kind.runs * CALLS_PER_RUN,
-                f"{told:.1f}",
+                f"{predicted:.1f}",
                 f"{taken:.1f}",
-                f"{told / taken:.2f}",
+                f"{predicted / taken:.2f}",
             ]
         )
     print_table(["server", "calls", "s told", "s taken", "told over taken"], rows)

@@ -158,7 +158,7 @@ def tried(slots: int) -> list[int]:
 
 def ratio(own: Contender, fixed: Contender) -> str:
     """Return foundry's throughput divided by that of a fixed limit, and the standard error over the rounds."""
-    logs = [math.log(one / other) for one, other in zip(own.per_s, fixed.per_s, strict=True)]
+    logs = [math.log(rate / other) for rate, other in zip(own.per_s, fixed.per_s, strict=True)]
     mean = math.exp(statistics.fmean(logs))
     return f"{mean:.3f} ± {mean * statistics.stdev(logs) / math.sqrt(len(logs)):.3f}"
 

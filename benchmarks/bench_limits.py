@@ -119,9 +119,9 @@ class Seen:
 
 async def _seen(url: str, mean_s: float) -> Seen:
     async with ClientSession() as session, session.get(f"{url}/stats") as response:
-        found = msgspec.json.decode(await response.read())
-    ends, in_flight, queued, work_s = (np.array(column) for column in zip(*found["ends"], strict=True))
-    return Seen(ends, in_flight, queued, work_s / mean_s, found["refused"])
+        content = msgspec.json.decode(await response.read())
+    ends, in_flight, queued, work_s = (np.array(column) for column in zip(*content["ends"], strict=True))
+    return Seen(ends, in_flight, queued, work_s / mean_s, content["refused"])
 
 
 def asked(kind: Kind, calls: int, limit: int | None, workers: int | None, settings: str | None = None) -> Seen:
@@ -206,33 +206,33 @@ def _result(best: tuple[int, float], share: float, later: float, seen: Seen, rea
     return Result(best, share, later, reached, seen.long_run(), int(seen.queued.max()), seen.refused)
 
 
-def row(kind: Kind, found: Result) -> list[str]:
+def row(kind: Kind, result: Result) -> list[str]:
     return [
         kind.name,
-        f"{found.best[0]}",
-        f"{found.best[1]:.1f}",
-        f"{found.share:.2f}",
-        f"{found.later:.2f}",
-        "never" if found.reached is None else f"{found.reached:,}",
-        f"{found.in_flight:.1f}",
-        f"{found.in_flight / found.best[0]:.2f}",
-        f"{found.queued}",
-        f"{found.refused}",
+        f"{result.best[0]}",
+        f"{result.best[1]:.1f}",
+        f"{result.share:.2f}",
+        f"{result.later:.2f}",
+        "never" if result.reached is None else f"{result.reached:,}",
+        f"{result.in_flight:.1f}",
+        f"{result.in_flight / result.best[0]:.2f}",
+        f"{result.queued}",
+        f"{result.refused}",
     ]
 
 
-def targets(kind: Kind, found: Result) -> list[Sequence[str]]:
-    most = max(1.5, 1 + 1 / found.best[0])  # one call more than one is twice as many
-    reached = math.inf if found.reached is None else found.reached
+def targets(kind: Kind, result: Result) -> list[Sequence[str]]:
+    most = max(1.5, 1 + 1 / result.best[0])  # one call more than one is twice as many
+    reached = math.inf if result.reached is None else result.reached
     return [
-        [f"{kind.name}: share of the best fixed limit", f"{found.share:.2f}", *at_least(found.share, 0.9, "")],
+        [f"{kind.name}: share of the best fixed limit", f"{result.share:.2f}", *at_least(result.share, 0.9, "")],
         [f"{kind.name}: calls until 80 %", f"{reached:g}", *at_most(reached, kind.within, "")],
         [
             f"{kind.name}: in flight over best",
-            f"{found.in_flight / found.best[0]:.2f}",
-            *at_most(found.in_flight / found.best[0], most, ""),
+            f"{result.in_flight / result.best[0]:.2f}",
+            *at_most(result.in_flight / result.best[0], most, ""),
         ],
-        [f"{kind.name}: largest queue", f"{found.queued}", *at_most(found.queued, 512, "")],
+        [f"{kind.name}: largest queue", f"{result.queued}", *at_most(result.queued, 512, "")],
     ]
 
 
@@ -252,9 +252,9 @@ def main() -> None:
     met: list[Sequence[str]] = []
     for kind in KINDS:
         if chosen.only in kind.name:
-            found = measure(kind, chosen.workers)
-            rows.append(row(kind, found))
-            met += targets(kind, found)
+            result = measure(kind, chosen.workers)
+            rows.append(row(kind, result))
+            met += targets(kind, result)
             print(" | ".join(rows[-1]), flush=True)
     columns = ["server", "best limit", "calls/s", "share", "second half", "calls until 80 %", "in flight", "over best"]
     print_table([*columns, "largest queue", "refused"], rows)

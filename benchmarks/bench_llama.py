@@ -160,10 +160,10 @@ async def sampled() -> list[list[str]]:
         replies = [await model.ask(request(0, seed)) for seed in seeds]
     finally:
         await model.close()
-    told = replies[0].logprobs[0].top
+    logprobs = replies[0].logprobs[0].top
     counts = Counter(reply.logprobs[0].token for reply in replies if reply.logprobs)
     rows = []
-    for token, logprob in told.items():
+    for token, logprob in logprobs.items():
         if PART in token:  # several tokens are shown so
             continue
         share, probability = counts[token] / SAMPLES, math.exp(logprob)

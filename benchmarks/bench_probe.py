@@ -52,7 +52,9 @@ def shares(path: Path) -> dict[str, dict[int, dict[str, float]]]:
         mine = counts.setdefault(run.config()["model"]["name"], {}).setdefault(run.run.seed, Counter())
         mine.update(actions(run))
     return {
-        model: {seed: {one: found[one] / found.total() for one in found} for seed, found in by_seed.items()}
+        model: {
+            seed: {choice: counts[choice] / counts.total() for choice in counts} for seed, counts in by_seed.items()
+        }
         for model, by_seed in counts.items()
     }
 
@@ -64,9 +66,11 @@ def actions(run: RunFolder) -> Iterable[str]:
             yield line.get("direction") or line["action"]
 
 
-def spread_of_pair(found: Mapping[str, Mapping[int, Mapping[str, float]]], pair: Sequence[str], action: str) -> float:
+def spread_of_pair(
+    shares_by_model: Mapping[str, Mapping[int, Mapping[str, float]]], pair: Sequence[str], action: str
+) -> float:
     """Return the standard deviation over seeds of the paired difference of two models."""
-    first, second = (found[model] for model in pair)
+    first, second = (shares_by_model[model] for model in pair)
     return float(np.std([first[seed].get(action, 0) - second[seed].get(action, 0) for seed in first], ddof=1))
 
 
@@ -87,11 +91,13 @@ def compare(name: str, policies: Sequence[str], overrides: Sequence[str], folder
         asked = (f"moments={MOMENTS * SEEDS}", f"repeats={repeats}", f"output.dir=probe{repeats}")
         foundry("probe", "free", "-m", models, *asked, *QUIET, cwd=folder)
         probe = shares(folder / f"probe{repeats}")
-        calls = [calls_of_seed(folder / one) for one in ("free", f"probe{repeats}")]
+        calls = [calls_of_seed(folder / name) for name in ("free", f"probe{repeats}")]
         ratios = []
         for pair in itertools.combinations(named, 2):
-            for action in sorted({one for model in pair for found in free[model].values() for one in found}):
-                sds = [spread_of_pair(found, pair, action) for found in (free, probe)]
+            for action in sorted(
+                {choice for model in pair for shares_of_seed in free[model].values() for choice in shares_of_seed}
+            ):
+                sds = [spread_of_pair(shares_by_model, pair, action) for shares_by_model in (free, probe)]
                 if min(sds) > 0:
                     ratios.append((sds[0] ** 2 * calls[0]) / (sds[1] ** 2 * calls[1]))
         low, middle, high = np.quantile(ratios, (0, 0.5, 1))
@@ -114,26 +120,26 @@ def probed(folder: Path, name: str, *settings: str) -> pd.DataFrame:
     return pd.DataFrame({"go": go.reindex(calls.index, fill_value=0.0), "calls": calls})
 
 
-def spread(found: pd.DataFrame) -> float:
+def spread(frame: pd.DataFrame) -> float:
     """Return the standard deviation over seeds; the value of a seed is the mean share over its moments."""
-    return float(found["go"].groupby("seed").mean().std(ddof=1))
+    return float(frame["go"].groupby("seed").mean().std(ddof=1))
 
 
-def row(name: str, found: pd.DataFrame, told: pd.DataFrame) -> list[str]:
+def row(name: str, sampled: pd.DataFrame, by_probability: pd.DataFrame) -> list[str]:
     """Return the calls, the half-width of the interval over seeds, and the calls for the width of probabilities."""
-    sd, calls = spread(found), int(found["calls"].sum())
-    ratio = sd**2 * calls / (spread(told) ** 2 * told["calls"].sum())
-    return [name, f"{calls:,}", f"{found['go'].mean():.3f}", f"{2.2 * sd / np.sqrt(ASKED_SEEDS):.4f}", f"{ratio:.1f}"]
+    sd, calls = spread(sampled), int(sampled["calls"].sum())
+    ratio = sd**2 * calls / (spread(by_probability) ** 2 * by_probability["calls"].sum())
+    return [name, f"{calls:,}", f"{sampled['go'].mean():.3f}", f"{2.2 * sd / np.sqrt(ASKED_SEEDS):.4f}", f"{ratio:.1f}"]
 
 
-def followed(told: pd.DataFrame, folder: Path) -> float:
+def followed(by_probability: pd.DataFrame, folder: Path) -> float:
     """Return the number of samples that the expected share and the sampling seed predict.
 
     llama.cpp seeds a Mersenne twister with the seed of the call, draws a number below 1 and goes through the tokens in
     the order of the vocabulary, in which `go` comes before `stay`.
     """
     rows = []
-    share = told["go"].droplevel(["run", "kind", "again"])
+    share = by_probability["go"].droplevel(["run", "kind", "again"])
     for run in SweepFolder.open(folder).runs():
         for call in run.calls():
             drawn = int.from_bytes(np.random.RandomState(call.seed).bytes(8), "little") / 2**64
@@ -162,19 +168,19 @@ def print_probabilities() -> None:
         pilot = ("world=bar", "world.agents=4", "world.steps=6", "model=scripted/random", f"seed=0-{ASKED_SEEDS - 1}")
         foundry("-m", *pilot, *QUIET, "output.dir=pilot", cwd=folder)
         with serving(made(folder, ("--seed", "1", "--words", "go,stay"))):
-            told = probed(folder, "told", "model.logprobs=5")
+            by_probability = probed(folder, "told", "model.logprobs=5")
             sampled = probed(folder, "sampled")
             once = probed(folder, "once", "repeats=1")
-        exact = followed(told, folder / "sampled")
+        exact = followed(by_probability, folder / "sampled")
     rows = [
-        row("probabilities", told, told),
-        row("one sample a moment", once, told),
-        row(f"{ASKED_REPEATS} samples a moment", sampled, told),
+        row("probabilities", by_probability, by_probability),
+        row("one sample a moment", once, by_probability),
+        row(f"{ASKED_REPEATS} samples a moment", sampled, by_probability),
     ]
     print_table(["a moment is asked by", "calls", "share of go", "half interval", "calls for one width"], rows)
-    variance = told["go"] * (1 - told["go"]) / ASKED_REPEATS
-    z = (sampled["go"] - told["go"]) / np.sqrt(variance)
-    mean = (sampled["go"].mean() - told["go"].mean()) / (np.sqrt(variance.sum()) / len(told))
+    variance = by_probability["go"] * (1 - by_probability["go"]) / ASKED_REPEATS
+    z = (sampled["go"] - by_probability["go"]) / np.sqrt(variance)
+    mean = (sampled["go"].mean() - by_probability["go"].mean()) / (np.sqrt(variance.sum()) / len(by_probability))
     print_table(
         ["samples against expected shares", ""],
         [
@@ -182,7 +188,10 @@ def print_probabilities() -> None:
             ["mean of z^2 over moments (1 by chance)", f"{(z**2).mean():.2f}"],
             ["z of the mean share", f"{mean:.2f}"],
             ["samples that follow from the expected share and the seed", f"{exact:.3f}"],
-            ["expected share of a moment, least and greatest", f"{told['go'].min():.3f} to {told['go'].max():.3f}"],
+            [
+                "expected share of a moment, least and greatest",
+                f"{by_probability['go'].min():.3f} to {by_probability['go'].max():.3f}",
+            ],
         ],
     )
 

@@ -60,8 +60,8 @@ def main() -> None:
     )
     with scratch() as folder:
         swept = [run_sweep(folder / f"in-{number}", *OVERRIDES) for number in range(REPEATS)]
-        inside = fastest([one.running for one in swept])
-        composing = fastest([one.whole for one in swept])
+        inside = fastest([timing.running for timing in swept])
+        composing = fastest([timing.whole for timing in swept])
         command = whole_command(folder)
     rows = [
         row("world and model alone", calls, alone, alone),

@@ -203,8 +203,8 @@ def ratio_at(looks: list[Looked], took: float, call: int) -> float:
 
 def worst_ratio(looks: list[Looked], took: float) -> float:
     """Return the largest factor by which the printed time was wrong, from call 10 to the last tenth of the time."""
-    told = [look for look in looks if look.sent >= FROM_CALL and look.at <= (1 - LAST) * took]
-    return max(max(look.left / (took - look.at), (took - look.at) / max(look.left, 1e-9)) for look in told)
+    counted = [look for look in looks if look.sent >= FROM_CALL and look.at <= (1 - LAST) * took]
+    return max(max(look.left / (took - look.at), (took - look.at) / max(look.left, 1e-9)) for look in counted)
 
 
 def main() -> None:
@@ -218,8 +218,8 @@ def main() -> None:
     for name, make in SIMULATED.items():
         with scratch(in_memory=True) as folder:
             seen = [watched(make(np.random.default_rng(seed)), folder / str(seed)) for seed in SEEDS]
-        ratios = [[ratio_at(*one, call) for one in seen] for call in TOLD_AT]
-        worst = max(worst_ratio(*one) for one in seen)
+        ratios = [[ratio_at(*run, call) for run in seen] for call in TOLD_AT]
+        worst = max(worst_ratio(*run) for run in seen)
         rows.append([name, *(f"{min(each):.2f} to {max(each):.2f}" for each in ratios), f"{worst:.2f}"])
     print_table(["server", *(f"at call {call}" for call in TOLD_AT), "worst factor"], rows)
 

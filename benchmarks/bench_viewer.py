@@ -116,9 +116,9 @@ def frames(page: Page, made: SweepFolder) -> dict[str, float]:
         page.goto(f"{server.url}#/run/{server.resources.catalog.overview()[0]['id']}/{made.runs()[0].id}")
         page.wait_for_function(READY, timeout=60_000)
         page.wait_for_function("() => Foundry.page.data.marked === Foundry.page.data.done", timeout=60_000)
-        found: dict[str, float] = page.evaluate(FRAMES, PLAY_S)
-        found["heap_mb"] = page.evaluate("() => performance.memory.usedJSHeapSize / 1e6")
-    return found
+        measured: dict[str, float] = page.evaluate(FRAMES, PLAY_S)
+        measured["heap_mb"] = page.evaluate("() => performance.memory.usedJSHeapSize / 1e6")
+    return measured
 
 
 TOGETHER = """async (seconds) => {
@@ -164,10 +164,10 @@ def together(page: Page, folder: Path, agents: int, steps: int) -> dict[str, flo
         page.select_option("[aria-label='Steps drawn as']", "-1")
         page.wait_for_function("() => Foundry.page.overlay.ways[1].size", timeout=60_000)
         page.evaluate(STEPPED, steps)  # once through, so that nothing is met for the first time
-        found: dict[str, float] = page.evaluate(TOGETHER, TOGETHER_S)
+        measured: dict[str, float] = page.evaluate(TOGETHER, TOGETHER_S)
         before = _heap_mb(page)
         page.evaluate(STEPPED, MEMORY_S * 30)
-        return found | {"before_mb": before, "after_mb": _heap_mb(page)}
+        return measured | {"before_mb": before, "after_mb": _heap_mb(page)}
 
 
 def _heap_mb(page: Page) -> float:

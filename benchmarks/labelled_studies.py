@@ -142,11 +142,11 @@ def main(studies: int) -> None:
             with tempfile.TemporaryDirectory() as scratch:
                 found.append(study(Path(scratch), number, warns, LABELS // 2))
         for how in MEASURES:
-            rows = np.array([one[how] for one in found])
+            rows = np.array([study[how] for study in found])
             covers = (rows[:, 1] <= true) & (true <= rows[:, 2])
             width = (rows[:, 2] - rows[:, 1]).mean() / 2
-            told = f"bias {rows[:, 0].mean() - true:+.3f} coverage {covers.mean():.2f} half-width {width:.3f}"
-            print(f"true difference {true:+.2f}, {how:9}: {told}", flush=True)
+            line = f"bias {rows[:, 0].mean() - true:+.3f} coverage {covers.mean():.2f} half-width {width:.3f}"
+            print(f"true difference {true:+.2f}, {how:9}: {line}", flush=True)
         held += covers.tolist()
     print(f"the corrected interval covers the true value in {sum(held)} of {len(held)} studies")
 

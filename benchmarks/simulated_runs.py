@@ -100,11 +100,11 @@ def coverage(
     """
     values = case.draw(rng, (data_sets, n))
     ends = np.full(data_sets, case.low), np.full(data_sets, case.high)
-    found = estimates(values, *ends, beside_sign_flips=beside_sign_flips)
+    estimated = estimates(values, *ends, beside_sign_flips=beside_sign_flips)
     return {
-        "covered": float(((found.low <= case.mean) & (case.mean <= found.high)).mean()),
-        "bootstrap": float((found.interval == "bootstrap-t").mean()),
-        "none": float((found.interval == "").mean()),
+        "covered": float(((estimated.low <= case.mean) & (case.mean <= estimated.high)).mean()),
+        "bootstrap": float((estimated.interval == "bootstrap-t").mean()),
+        "none": float((estimated.interval == "").mean()),
     }
 
 
@@ -120,10 +120,10 @@ def false_positives(
     for _ in range(tables):
         values = shared * rng.normal(size=(1, seeds, 4)) + draw(rng, (3, seeds, 4))
         made = simulated_table(values)
-        found = contrasts(made, family=made.measures)
-        significant += bool(found["significant"].any())
-        alone += int((found["p"] <= ALPHA).sum())
-        tests += int(found["p"].notna().sum())
+        compared = contrasts(made, family=made.measures)
+        significant += bool(compared["significant"].any())
+        alone += int((compared["p"] <= ALPHA).sum())
+        tests += int(compared["p"].notna().sum())
     return Errors(tests, alone / tests, tables, significant / tables)
 
 

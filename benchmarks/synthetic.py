@@ -72,9 +72,9 @@ def write_run(folder: RunFolder, prompt: str = PROMPT) -> None:
 
 def _records(step: int, cells: Any, after: Any, choice: Any, rng: np.random.Generator) -> list[GridStep]:
     neighbours: list[list[int]] = [[] for _ in cells]
-    for one, other in sorted(cKDTree(cells).query_pairs(8.0)):
-        neighbours[one].append(other)
-        neighbours[other].append(one)
+    for first, other in sorted(cKDTree(cells).query_pairs(8.0)):
+        neighbours[first].append(other)
+        neighbours[other].append(first)
     speaks, luck = rng.random(len(cells)) < SHARE_OF_SPEAKERS, rng.integers(0, len(OUTCOMES), size=(len(cells), 2))
     return [
         GridStep(

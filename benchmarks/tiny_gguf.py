@@ -53,7 +53,7 @@ def write(
     rng, moves = np.random.default_rng(seed), np.random.default_rng(seed + 1)
     for name, tensor in _tensors(rng, len(words["vocab"]), width):
         if saying:
-            _lean(name, tensor, [words["vocab"][one] for one in saying], words["vocab"]["<|im_end|>"])
+            _lean(name, tensor, [words["vocab"][word] for word in saying], words["vocab"]["<|im_end|>"])
         if tensor.ndim == 1:
             writer.add_tensor(name, tensor)
             continue
@@ -100,7 +100,7 @@ def _write_words(writer: Any, words: dict[str, Any]) -> None:
     writer.add_tokenizer_model("gpt2")
     writer.add_tokenizer_pre("qwen2")
     writer.add_token_list(in_order)
-    writer.add_token_types([gguf.TokenType.CONTROL if one in SPECIAL else gguf.TokenType.NORMAL for one in in_order])
+    writer.add_token_types([gguf.TokenType.CONTROL if word in SPECIAL else gguf.TokenType.NORMAL for word in in_order])
     writer.add_token_merges([word if isinstance(word, str) else " ".join(word) for word in words["merges"]])
     writer.add_eos_token_id(words["vocab"]["<|im_end|>"])
     writer.add_chat_template(CHAT)
@@ -112,7 +112,7 @@ def _tensors(rng: np.random.Generator, tokens: int, width: int) -> list[tuple[st
     def drawn(*shape: int, scale: float = 0.1) -> Any:
         return rng.normal(0, scale, shape).astype(np.float32)
 
-    found = [
+    arrays = [
         ("token_embd.weight", drawn(tokens, width, scale=1.0)),
         ("output_norm.weight", np.ones(width, np.float32)),
         ("output.weight", drawn(tokens, width, scale=2.4 / width**0.5)),
@@ -120,13 +120,13 @@ def _tensors(rng: np.random.Generator, tokens: int, width: int) -> list[tuple[st
     keys = width * KEY_HEADS // HEADS
     for layer in range(LAYERS):
         prefix = f"blk.{layer}."
-        found += [(f"{prefix}{name}_norm.weight", np.ones(width, np.float32)) for name in ("attn", "ffn")]
+        arrays += [(f"{prefix}{name}_norm.weight", np.ones(width, np.float32)) for name in ("attn", "ffn")]
         for name, out in (("q", width), ("k", keys), ("v", keys)):
-            found += [(f"{prefix}attn_{name}.weight", drawn(out, width)), (f"{prefix}attn_{name}.bias", drawn(out))]
-        found.append((f"{prefix}attn_output.weight", drawn(width, width)))
-        found += [(f"{prefix}ffn_{name}.weight", drawn(2 * width, width)) for name in ("gate", "up")]
-        found.append((f"{prefix}ffn_down.weight", drawn(width, 2 * width)))
-    return found
+            arrays += [(f"{prefix}attn_{name}.weight", drawn(out, width)), (f"{prefix}attn_{name}.bias", drawn(out))]
+        arrays.append((f"{prefix}attn_output.weight", drawn(width, width)))
+        arrays += [(f"{prefix}ffn_{name}.weight", drawn(2 * width, width)) for name in ("gate", "up")]
+        arrays.append((f"{prefix}ffn_down.weight", drawn(width, 2 * width)))
+    return arrays
 
 
 if __name__ == "__main__":

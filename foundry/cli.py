@@ -93,8 +93,8 @@ def _in_the_way(error: ImportError) -> FoundryError:
 
     try:
         ours("analysis")
-    except InputError as told:
-        return told
+    except InputError as refused:
+        return refused
     raise error
 
 

@@ -54,11 +54,11 @@ def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
     A file may contain records of several classes. Then a key that some of them lack may be null, and a key with several
     types has the type `other`.
     """
-    found: dict[str, dict[str, str]] = {}
+    by_kind: dict[str, dict[str, str]] = {}
     for record in records:
         keys = {field.encode_name: _type_of(field.type) for field in msgspec.structs.fields(record)}
-        found[record.stream] = _joined(found[record.stream], keys) if record.stream in found else keys
-    return found
+        by_kind[record.stream] = _joined(by_kind[record.stream], keys) if record.stream in by_kind else keys
+    return by_kind
 
 
 def _joined(first: Mapping[str, str], other: Mapping[str, str]) -> dict[str, str]:

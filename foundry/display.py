@@ -250,10 +250,10 @@ def status_table(standings: Sequence[Standing]) -> Table:
     """
     has_prompt_cache = any(standing.prompt_cache is not None for standing in standings)
     table = _table("model", *_COUNTS, *([REUSED] if has_prompt_cache else []))
-    for one in standings:
-        share = one.prompt_cache
+    for standing in standings:
+        share = standing.prompt_cache
         reused = ["" if share is None else f"{share:.0%}"] if has_prompt_cache else []
-        table.add_row(one.model, *(f"{getattr(one, name):,}" for name in _COUNTS), *reused)
+        table.add_row(standing.model, *(f"{getattr(standing, name):,}" for name in _COUNTS), *reused)
     return table
 
 
@@ -269,8 +269,8 @@ def ran_line(summaries: Sequence[RunSummary | None], counts: Sequence[Counts], p
     span_s = (max(times) - min(times)).total_seconds() if times else 0.0
     if times and span_s <= sum(summary.duration_s for summary in ended):
         parts.append(in_words(span_s))
-    retries = sum(one.retries for one in counts)
-    calls = counted(sum(one.calls for one in counts), "call")
+    retries = sum(run_counts.retries for run_counts in counts)
+    calls = counted(sum(run_counts.calls for run_counts in counts), "call")
     parts.append(f"{calls} ({retries:,} retried)" if retries else calls)
     return ", ".join(parts)
 

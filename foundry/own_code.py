@@ -54,7 +54,7 @@ def folders_last(argv: Sequence[str]) -> list[str]:
     Hydra does not accept overrides on both sides of a flag.
     """
     rest, folders = list(argv), list(config_dirs(argv))
-    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
+    while flag := next((word for word in rest if word.partition("=")[0] in CONFIG_DIR), None):
         place = rest.index(flag)
         del rest[place : place + (1 if "=" in flag else 2)]
     return [*rest, *(part for folder in folders for part in (CONFIG_DIR[1], str(folder)))]
@@ -196,8 +196,8 @@ def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
 @cache
 def _imported(file: Path) -> ModuleType:
     natural = f"{file.parent.name}.{file.stem}"
-    found = _spec(natural)
-    if found is not None and found.origin is not None and Path(found.origin) == file:
+    module_spec = _spec(natural)
+    if module_spec is not None and module_spec.origin is not None and Path(module_spec.origin) == file:
         return importlib.import_module(natural)  # any kind of import gives this module, so each class exists once
     name = f"foundry_own_{file.parent.name}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)

@@ -89,8 +89,10 @@ def _check_actions(declared: Declared, kinds: Sequence[str], actions: Sequence[A
         return
     lines = dict(zip(reversed(list(zip(kinds, actions, strict=True))), range(len(kinds), 0, -1), strict=True))
     for (kind, action), line in lines.items():
-        found = declared.actions.get(kind)
-        wrong = f"the world declares no kind '{kind}'" if found is None else _refused(found, action)
+        declared_actions = declared.actions.get(kind)
+        wrong = (
+            f"the world declares no kind '{kind}'" if declared_actions is None else _refused(declared_actions, action)
+        )
         if action is not None and wrong:
             raise RecordError(f"{file}, line {line}: {action!r} is not an action of its world: {wrong}.")
 

@@ -37,8 +37,8 @@ def _methods(labellings: Sequence[Labelling]) -> list[str]:
 
 
 def _limits(labellings: Sequence[Labelling]) -> list[str]:
-    told = dict.fromkeys(labelling.note() for labelling in labellings)
-    notes = " ".join(f"{note[0].upper()}{note[1:]}." for note in told)
+    limits = dict.fromkeys(labelling.note() for labelling in labellings)
+    notes = " ".join(f"{note[0].upper()}{note[1:]}." for note in limits)
     return [f"In these runs, no person labelled which messages are warnings. {notes}"]
 
 

@@ -115,12 +115,12 @@ def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Casca
     # Written from the last to the first, so the first remains.
     ordered = heard[np.lexsort((heard[:, 1], heard[:, 0]))[::-1]]
     told_at[ordered[:, 2]], sender[ordered[:, 2]] = ordered[:, 0], ordered[:, 1]
-    told = told_at < perceived_at
+    is_told = told_at < perceived_at
     return Cascade(
-        direct=(perceived_at < NEVER) & ~told,
-        told=told,
+        direct=(perceived_at < NEVER) & ~is_told,
+        told=is_told,
         told_at=told_at,
-        parent=np.where(told & (warned_at > told_at), sender, NOBODY),
+        parent=np.where(is_told & (warned_at > told_at), sender, NOBODY),
     )
 
 

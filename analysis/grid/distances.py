@@ -13,12 +13,12 @@ def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArra
 
     x, y and the result have the same shape. This is the Manhattan distance, which ignores walls.
     """
-    found: FloatArray = np.full(x.shape, np.nan)
+    nearest: FloatArray = np.full(x.shape, np.nan)
     for place in world.places:
         (left, bottom), (right, top) = place.low, place.high
         across = np.maximum(np.maximum(left - x, x - right), 0)
-        np.fmin(found, across + np.maximum(np.maximum(bottom - y, y - top), 0), out=found)
-    return found
+        np.fmin(nearest, across + np.maximum(np.maximum(bottom - y, y - top), 0), out=nearest)
+    return nearest
 
 
 def to_fires(world: GridSettings, x: IntArray, y: IntArray, *, straight: bool = True) -> FloatArray:
@@ -49,7 +49,7 @@ def to_nearest_agent(
     rows, agents = standing_x.shape
     if agents < 2:
         return np.full(x.shape, np.nan)
-    found = np.empty(x.shape)
+    nearest = np.empty(x.shape)
     size = max(1, _AT_ONCE // (agents * x.shape[1]))
     for start in range(0, rows, size):
         part = slice(start, start + size)
@@ -59,8 +59,8 @@ def to_nearest_agent(
         if there is not None:
             away[np.broadcast_to(~there[part, None], away.shape)] = nobody
         least = away.min(axis=2)
-        found[part] = np.where(least == nobody, np.nan, least)
-    return found
+        nearest[part] = np.where(least == nobody, np.nan, least)
+    return nearest
 
 
 def steps_to(goal: BoolArray, free: BoolArray) -> IntArray:

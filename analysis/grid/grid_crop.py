@@ -23,7 +23,7 @@ def crop(run: GridRun, step: int, agent: int) -> str:
     parts = "".join(
         [
             *_world(run, step),
-            *(_agent(int(x[one]), int(y[one]), str(one), chosen=False) for one in np.flatnonzero(near)),
+            *(_agent(int(x[agent]), int(y[agent]), str(agent), chosen=False) for agent in np.flatnonzero(near)),
             _agent(*own, str(agent), chosen=True),
         ]
     )

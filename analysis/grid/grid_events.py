@@ -43,7 +43,7 @@ def _flights(run: GridRun) -> Iterator[Event]:
     fires = np.array([fire.position for fire in run.world.fires])
     away = np.hypot(run.x[..., None] - fires[:, 0], run.y[..., None] - fires[:, 1])
     nearest = np.where(run.fires, away[:-1], np.inf).argmin(axis=2)[..., None]
-    before, after = (np.take_along_axis(one, nearest, axis=2)[..., 0] for one in (away[:-1], away[1:]))
+    before, after = (np.take_along_axis(distances, nearest, axis=2)[..., 0] for distances in (away[:-1], away[1:]))
     fled = run.perceived & run.moved & (after > before)
     for agent in np.flatnonzero(fled.any(axis=0)).tolist():
         step = int(fled[:, agent].argmax())

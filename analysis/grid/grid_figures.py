@@ -95,8 +95,8 @@ class GridGroup:
     def _mean_curve(self, curves: Sequence[FloatArray]) -> SurvivalCurve | None:
         if not curves:
             return None
-        found = curve_of(self.shown, curves, 1.0)
-        return SurvivalCurve(self.shown, found.mean, found.low, found.high, found.runs)
+        curve = curve_of(self.shown, curves, 1.0)
+        return SurvivalCurve(self.shown, curve.mean, curve.low, curve.high, curve.runs)
 
 
 def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
@@ -109,8 +109,8 @@ def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
     """
     steps = min(len(curve) for curve in curves)
     values = np.array([curve[:steps] for curve in curves]).T
-    found = estimates(values, np.zeros(steps), np.full(steps, most))
-    return Curve(shown.label, found.mean, found.low, found.high, len(curves), shown.index, shown.baseline)
+    curve = estimates(values, np.zeros(steps), np.full(steps, most))
+    return Curve(shown.label, curve.mean, curve.low, curve.high, len(curves), shown.index, shown.baseline)
 
 
 def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
@@ -133,13 +133,13 @@ def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
 
 
 def _distance(mine: IntArray, every: Sequence[IntArray]) -> FloatArray | None:
-    others = [one for one in every if one is not mine and one.shape[2] == mine.shape[2]]
+    others = [places for places in every if places is not mine and places.shape[2] == mine.shape[2]]
     if not others:
         return None
-    steps = min(one.shape[1] for one in (mine, *others))
+    steps = min(places.shape[1] for places in (mine, *others))
     apart = [np.hypot(*(mine[:, :steps].astype(np.float64) - other[:, :steps])).mean(axis=1) for other in others]
-    found: FloatArray = np.mean(apart, axis=0)
-    return found
+    by_step: FloatArray = np.mean(apart, axis=0)
+    return by_step
 
 
 def occupancy(run: GridRun) -> FloatArray:
@@ -180,10 +180,10 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
     """Return the chains of first warnings in a run."""
     warned, _ = find_labels(run)
     perceived_at, warned_at = first_step(run.perceived), first_step(warned)
-    found = trace(perceived_at, warned_at, deliveries_of(run, warned))
-    learnt = np.minimum(found.told_at, perceived_at)
-    linked = [int(agent) for agent in np.flatnonzero(found.parent != NOBODY)]
-    senders = np.isin(np.arange(run.agents), found.parent[linked])
+    cascade = trace(perceived_at, warned_at, deliveries_of(run, warned))
+    learnt = np.minimum(cascade.told_at, perceived_at)
+    linked = [int(agent) for agent in np.flatnonzero(cascade.parent != NOBODY)]
+    senders = np.isin(np.arange(run.agents), cascade.parent[linked])
     unfounded = senders & (warned_at < learnt)
     since = np.where(unfounded, warned_at, learnt)
     known = [int(agent) for agent in np.flatnonzero(since < NEVER)]
@@ -191,12 +191,12 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
         shown=shown,
         run=run.id,
         steps=run.steps,
-        rows=tuple(_in_order(known, since, found.parent)),
+        rows=tuple(_in_order(known, since, cascade.parent)),
         since={agent: int(since[agent]) for agent in known},
-        direct=frozenset(agent for agent in known if found.direct[agent]),
+        direct=frozenset(agent for agent in known if cascade.direct[agent]),
         unfounded=frozenset(np.flatnonzero(unfounded).tolist()),
         informed=int((learnt < NEVER).sum()),
-        edges=tuple(CascadeEdge(int(found.told_at[agent]), int(found.parent[agent]), agent) for agent in linked),
+        edges=tuple(CascadeEdge(int(cascade.told_at[agent]), int(cascade.parent[agent]), agent) for agent in linked),
         agents=run.agents,
     )
 
@@ -207,7 +207,7 @@ def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[i
     Agents that the same agent warned are sorted by the step at which they were told.
     """
     below: dict[int, list[int]] = {}
-    for agent in sorted(known, key=lambda one: (int(since[one]), one)):
+    for agent in sorted(known, key=lambda agent: (int(since[agent]), agent)):
         below.setdefault(int(parent[agent]), []).append(agent)
     ordered: list[int] = []
     waiting = list(reversed(below.get(NOBODY, [])))

@@ -30,7 +30,7 @@ class GridFigures:
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
         """Return the plots, with the groups in the given order."""
-        groups = [self._groups[one] for one in order if one in self._groups]
+        groups = [self._groups[shown] for shown in order if shown in self._groups]
         return [*_of_all_runs(groups), *self._of_single_runs(order)]
 
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
@@ -45,14 +45,14 @@ class GridFigures:
         return [RunTable(title, caption, columns, rows, labels=2)] if rows else []
 
     def _examples(self, order: Sequence[Shown]) -> list[tuple[Shown, GridRun]]:
-        found = ((one, self._groups[one].example) for one in order if one in self._groups)
-        return [(one, run) for one, run in found if run is not None]
+        examples = ((shown, self._groups[shown].example) for shown in order if shown in self._groups)
+        return [(shown, run) for shown, run in examples if run is not None]
 
     def _trees(self, order: Sequence[Shown]) -> list[CascadeTree]:
         """Return the chains of first warnings in the example runs; none if no agent perceives a fire."""
-        kept = self._examples(order)
-        alarmed = any(run.perceived.any() for _, run in kept)
-        return [cascade_tree(run, shown) for shown, run in kept] if alarmed else []
+        examples = self._examples(order)
+        alarmed = any(run.perceived.any() for _, run in examples)
+        return [cascade_tree(run, shown) for shown, run in examples] if alarmed else []
 
     def _of_single_runs(self, order: Sequence[Shown]) -> list[Picture]:
         fixed, pictures = example_caption(self._seed), []

@@ -54,9 +54,9 @@ class GridRecords:
 
     def decisions(self) -> dict[str, list[Any]]:
         """Return the columns that the steps of every form have."""
-        found = self.columns(("step", "agent", "outcome", "message"))
+        columns = self.columns(("step", "agent", "outcome", "message"))
         actions = [row.direction or row.action for row in self.steps]
-        return {**found, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
+        return {**columns, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
         """Return some keys of the steps as columns; this is many times as fast as `rows`."""
@@ -145,9 +145,9 @@ def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[
     steps, agents = (np.array(keys[name], dtype=np.int64) for name in ("step", "agent"))
 
     def column(values: list[Any], dtype: Any = np.int64, nothing: Any = 0) -> Any:
-        found = np.full(shape, nothing, dtype=dtype)
-        found[steps - 1, agents] = np.array(values, dtype=dtype)
-        return found
+        filled = np.full(shape, nothing, dtype=dtype)
+        filled[steps - 1, agents] = np.array(values, dtype=dtype)
+        return filled
 
     there = column([True] * len(rows), np.bool_)
     x, y = (_states(column(keys[name]), column(keys[f"{name}_next"]), there) for name in ("x", "y"))
@@ -172,7 +172,7 @@ def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[
         x=x,
         y=y,
         place=place,
-        choice=column([choices[one] for one in asked]),
+        choice=column([choices[action] for action in asked]),
         moved=column(keys["moved"], np.bool_, nothing=False),
         outcome=outcome,
         message_outcome=message_outcome,
@@ -191,7 +191,9 @@ def _comings_and_goings(
     lines = [row for row in rows if isinstance(row, FurnishedLine)]
     if not lines:
         return {}
-    exits: dict[str | None, int] = {one.name: index for index, one in enumerate(world.exits)} | {None: NO_EXIT}
+    exits: dict[str | None, int] = {exit_zone.name: index for index, exit_zone in enumerate(world.exits)} | {
+        None: NO_EXIT
+    }
     numbers = {
         "energy": [line.energy for line in lines],
         "energy_next": [line.energy_next for line in lines],

@@ -120,20 +120,20 @@ class GridSettings(msgspec.Struct, frozen=True):
 
     def free(self) -> BoolArray:
         """Return which cells have no wall, (W, W); index (0, 0) is the cell with the lowest x and the lowest y."""
-        found = np.ones((self.width, self.width), dtype=np.bool_)
+        is_free = np.ones((self.width, self.width), dtype=np.bool_)
         half = self.half_size
         for (x, y), (other_x, other_y) in self.walls:
             columns, rows = sorted((x + half, other_x + half)), sorted((y + half, other_y + half))
-            found[columns[0] : columns[1] + 1, rows[0] : rows[1] + 1] = False
-        return found
+            is_free[columns[0] : columns[1] + 1, rows[0] : rows[1] + 1] = False
+        return is_free
 
     def areas(self, x: IntArray, y: IntArray) -> IntArray:
         """Return the index of the place of each cell, or OUTSIDE; the result has the shape of x and y."""
-        found = np.full(x.shape, OUTSIDE, dtype=np.int64)
+        zones = np.full(x.shape, OUTSIDE, dtype=np.int64)
         for index, place in enumerate(self.places):
             (left, bottom), (right, top) = place.low, place.high
-            found[(x >= left) & (x <= right) & (y >= bottom) & (y <= top)] = index
-        return found
+            zones[(x >= left) & (x <= right) & (y >= bottom) & (y <= top)] = index
+        return zones
 
 
 @dataclass(frozen=True)

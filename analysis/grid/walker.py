@@ -143,7 +143,7 @@ def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
     index = np.arange(len(targets))
     reached = np.zeros((len(targets), side + 2, side + 2))
     following = np.empty((len(targets), side, side))
-    found = np.empty((horizon + 1, side, side))
+    reaching = np.empty((horizon + 1, side, side))
     inside = reached[:, 1:-1, 1:-1]
     for moves in range(horizon + 1):
         if moves:
@@ -153,5 +153,5 @@ def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
             following /= ways
             inside[...] = following
         inside[index, a, b] = 1.0
-        found[moves] = np.einsum("k,kij->ij", images / 8, inside)
-    return found
+        reaching[moves] = np.einsum("k,kij->ij", images / 8, inside)
+    return reaching

@@ -157,15 +157,19 @@ class Labelling:
 
     def note(self) -> str:
         """Return a note: who labelled messages as warnings, and how accurate these labels are."""
-        found = self.agreement
-        missing = f", {found.unlabelled} of them without a label because {self.unlabelled}" if found.unlabelled else ""
-        said = f"{self._whose()}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
+        agreement = self.agreement
+        missing = (
+            f", {agreement.unlabelled} of them without a label because {self.unlabelled}"
+            if agreement.unlabelled
+            else ""
+        )
+        said = f"{self._whose()}: {agreement} on {agreement.texts} held-out texts{missing}; {TEXTS_BY}"
         return "; ".join(filter(None, [self.doubt(), said, self._uncorrected()]))
 
     def brief(self) -> str:
         """Return a short note: who labelled messages as warnings, and how accurate these labels are."""
-        found = self.agreement
-        said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
+        agreement = self.agreement
+        said = f"precision at most {agreement.precision:.2f}, recall at most {agreement.recall:.2f}"
         return "; ".join(filter(None, [self.doubt(), f"{self._whose()}: {said}", self._uncorrected()]))
 
     def reading(self, label: str, *, corrected: bool, correctable: bool) -> Reading:
@@ -192,10 +196,10 @@ class Labelling:
 
     def doubt(self) -> str:
         """Return the reason why the measures of warnings cannot be trusted, or "" if they can."""
-        found = self.agreement
-        if found.is_better_than_chance or WARNING in self.corrections:
+        agreement = self.agreement
+        if agreement.is_better_than_chance or WARNING in self.corrections:
             return ""
-        interval = f"{found.kappa:.2f} [{found.interval.low:.2f}, {found.interval.high:.2f}]"
+        interval = f"{agreement.kappa:.2f} [{agreement.interval.low:.2f}, {agreement.interval.high:.2f}]"
         return f"the labels of {self.labeller} are not better than chance (Cohen's kappa {interval})"
 
 
@@ -227,19 +231,19 @@ def labelling_of(sweep: SweepFolder, *, by_model: bool = False) -> Labelling:
     surrogate = _model_labelling(sweep) if by_model else rule_labelling()
     known = (label_named(name) for name in label_names(sweep) if name in label_files())
     labels = [label for label in known if label.choices]
-    found = {label.name: correction_of(sweep, label) for label in labels}
+    corrected = {label.name: correction_of(sweep, label) for label in labels}
     own = tuple(
-        _own_label(sweep, label, found[label.name].correction, by_model=by_model)
+        _own_label(sweep, label, corrected[label.name].correction, by_model=by_model)
         for label in labels
         if label.name not in BUILT_IN
     )
-    corrections = {name: one.correction for name, one in found.items() if one.correction is not None}
-    kept = [*(correction.version for correction in corrections.values()), *(one.version for one in own)]
+    corrections = {name: result.correction for name, result in corrected.items() if result.correction is not None}
+    versions = [*(correction.version for correction in corrections.values()), *(own_label.version for own_label in own)]
     return replace(
         surrogate,
-        version=" ".join([surrogate.version, *kept]),
+        version=" ".join([surrogate.version, *versions]),
         corrections=corrections,
-        why={name: one.why for name, one in found.items() if one.why},
+        why={name: result.why for name, result in corrected.items() if result.why},
         own=own,
     )
 
@@ -285,7 +289,9 @@ def _own_label(sweep: SweepFolder, label: Label, correction: Correction | None, 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
     """Compare labels of the held-out texts, given in the texts' order, with the labels by hand; None means no label."""
-    pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
+    pairs = [
+        (label, labelled.warning) for label, labelled in zip(labels, hand_labelled(), strict=True) if label is not None
+    ]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return Agreement(
         texts=len(labels),
@@ -300,5 +306,5 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
 
 def _in_order(judged: Sequence[Judgement]) -> list[bool | None]:
     """Return a model's label for each held-out text; None for a text that was added after the model labelled."""
-    by_text = {one.text: None if one.label is None else one.label == YES for one in judged}
-    return [by_text.get(one.text) for one in hand_labelled()]
+    by_text = {judgement.text: None if judgement.label is None else judgement.label == YES for judgement in judged}
+    return [by_text.get(labelled.text) for labelled in hand_labelled()]

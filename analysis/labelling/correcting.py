@@ -98,14 +98,14 @@ class Correction:
             texts: the texts, each with its context and whether its agent knew of a fire.
         """
         first = self.label.choices[0]
-        found = np.zeros((COPIES, len(texts)), dtype=np.bool_)
+        copied = np.zeros((COPIES, len(texts)), dtype=np.bool_)
         for number, (text, context, aware) in enumerate(texts):
             content = content_of(text, context)
             shares = self.known.get(content)
             rate = self._rates_of(run, text, context, aware) if shares is None else shares.get(first, 0.0)
             drawn = np.frombuffer(hashlib.shake_128(content).digest(4 * COPIES), dtype=np.uint32) / 2**32
-            found[:, number] = drawn < rate
-        return found
+            copied[:, number] = drawn < rate
+        return copied
 
     def _rates_of(self, run: str, text: str, context: Context, aware: bool) -> FloatArray:
         """Return the probability that a text gets the label's first choice, one per copy of the run, (COPIES,).
@@ -165,8 +165,8 @@ def corrected_by(labels: Labels, label: Label, models: Mapping[str, str], more: 
     The command `more` continues the labelling.
     """
     shares = {item: _shares(answers) for item, answers in labels.answers.items()}
-    clear = {item: found for item, found in shares.items() if found}
-    labelled = Counter(one.stratum for one in labels.sample.drawn if one.item in clear)
+    clear = {item: share for item, share in shares.items() if share}
+    labelled = Counter(drawn.stratum for drawn in labels.sample.drawn if drawn.item in clear)
     for number, stratum in enumerate(labels.sample.strata):
         if labelled[number] < min(FEWEST, stratum.size):
             return Corrected(why=_too_few(stratum, labelled[number], more))
@@ -197,22 +197,22 @@ def _correction(
     counts: dict[CellKey, Counter[str]] = {}
     together: dict[tuple[int, str, str], Counter[str]] = {}
     known: dict[bytes, Mapping[str, float]] = {}
-    for one in sample.drawn:
-        if one.item not in clear:
+    for drawn in sample.drawn:
+        if drawn.item not in clear:
             continue
-        stratum = sample.strata[one.stratum]
-        weight = stratum.size / labelled[one.stratum]
-        by_run.setdefault(one.run, []).append(Weighed(one.step, one.agent, one.kind, clear[one.item], weight))
-        known[content_of(one.text, one.context)] = clear[one.item]
+        stratum = sample.strata[drawn.stratum]
+        weight = stratum.size / labelled[drawn.stratum]
+        by_run.setdefault(drawn.run, []).append(Weighed(drawn.step, drawn.agent, drawn.kind, clear[drawn.item], weight))
+        known[content_of(drawn.text, drawn.context)] = clear[drawn.item]
         key = stratum.draw, stratum.model, stratum.says
-        counts.setdefault((*key, one.aware), Counter()).update(clear[one.item])
-        together.setdefault(key, Counter()).update(clear[one.item])
+        counts.setdefault((*key, drawn.aware), Counter()).update(clear[drawn.item])
+        together.setdefault(key, Counter()).update(clear[drawn.item])
     content = msgspec.json.encode((sample, {name: dict(labels.by_person[name]) for name in sorted(labels.by_person)}))
     return Correction(
         label=label,
-        people=tuple(sorted(name for name, found in labels.by_person.items() if found)),
+        people=tuple(sorted(name for name, labels_of_person in labels.by_person.items() if labels_of_person)),
         texts=len(clear),
-        by_run={run: tuple(found) for run, found in by_run.items()},
+        by_run={run: tuple(weighed) for run, weighed in by_run.items()},
         known=known,
         rates={
             (*key, aware): _rates((*key, aware), label, counts.get((*key, aware), {}), found)

@@ -87,21 +87,21 @@ def write_labellers(sweep: SweepFolder) -> list[Path]:
 
 
 def _agreed(sweep: SweepFolder, label: Label) -> Iterator[dict[str, Any]]:
-    kept = Labels.of(sweep, label)
-    if kept is None:
+    stored_labels = Labels.of(sweep, label)
+    if stored_labels is None:
         return
-    drawn = {one.item: one for one in kept.sample.drawn}
-    people = {name: _clear(labels, drawn) for name, labels in kept.by_person.items()}
+    drawn = {text.item: text for text in stored_labels.sample.drawn}
+    people = {name: _clear(labels, drawn) for name, labels in stored_labels.by_person.items()}
     judges = {
         judge.labeller: {content_of(text.text, text.context): text.label for text in judge.judgements}
         for judge in LabelFolder.of(sweep, label.name).judges()
     }
     models = {
-        name: {item: said for item, one in drawn.items() if (said := labels.get(content_of(one.text, one.context)))}
+        name: {item: said for item, text in drawn.items() if (said := labels.get(content_of(text.text, text.context)))}
         for name, labels in judges.items()
     }
     rule = label.rule_function()
-    ruled = {item: rule(one.text, one.context) for item, one in drawn.items()} if rule else {}
+    ruled = {item: rule(text.text, text.context) for item, text in drawn.items()} if rule else {}
     others = {**models, **({RULE: {item: said for item, said in ruled.items() if said is not None}} if rule else {})}
     every = {**others, **people}
     for first, second in sorted([*itertools.product(people, others), *itertools.combinations(people, 2)]):
@@ -131,7 +131,7 @@ def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[s
     by_item = {item: Counter(own[item] for own in labels.values() if item in own) for item in drawn}
     several = {item: counts for item, counts in by_item.items() if counts.total() > 1}
     names = sorted({name for counts in several.values() for name in counts})
-    counts = np.array([[one[name] for name in names] for one in several.values()], dtype=np.int64)
+    counts = np.array([[counts_of_text[name] for name in names] for counts_of_text in several.values()], dtype=np.int64)
     seeds = np.array([drawn[item].seed for item in several], dtype=np.int64)
     made = counts.sum(axis=1)
     same = float(((counts * (counts - 1)).sum(axis=1) / (made * (made - 1))).mean()) if several else math.nan
@@ -159,7 +159,7 @@ def _clustered(statistic: Callable[[BoolArray], float], cluster: IntArray) -> Ka
     clusters = np.unique(cluster)
     if len(clusters) < 2:
         return Kappa(value, note="no interval: one seed" if len(clusters) else "no common texts")
-    left_out = np.array([statistic(cluster != one) for one in clusters])
+    left_out = np.array([statistic(cluster != left) for left in clusters])
     if not np.isfinite(left_out).all() or math.isnan(value) or not np.ptp(left_out):
         return Kappa(value, note="no interval: the same without any seed")
     count = len(clusters)

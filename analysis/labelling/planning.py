@@ -88,9 +88,9 @@ def _strata(label: Label, items: Sequence[Item], errors: Mapping[str, float]) ->
 def _usual_errors(label: Label) -> dict[str, float]:
     if label.name != WARNING:
         return {REST: 0.5} if not label.rule else {}
-    found = rule_labelling().agreement
-    no = max(1, found.texts - found.unlabelled - found.true_warnings - found.false_warnings)
-    return {"yes": 1 - found.precision, NEAR: 0.3, "no": found.missed / no}
+    agreement = rule_labelling().agreement
+    no = max(1, agreement.texts - agreement.unlabelled - agreement.true_warnings - agreement.false_warnings)
+    return {"yes": 1 - agreement.precision, NEAR: 0.3, "no": agreement.missed / no}
 
 
 def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
@@ -98,13 +98,13 @@ def _errors(sweep: SweepFolder, label: Label) -> dict[str, float]:
     labels = Labels.of(sweep, label)
     if labels is None:
         return {}
-    drawn = {one.item: one for one in labels.sample.drawn}
+    drawn = {text.item: text for text in labels.sample.drawn}
     wrong: dict[str, list[bool]] = defaultdict(list)
     rule = label.rule_function()
     for item, answers in labels.answers.items():
-        one = drawn[item]
-        said = rule(one.text, one.context) if rule else label.choices[1]
-        stratum = labels.sample.strata[one.stratum].says
+        text = drawn[item]
+        said = rule(text.text, text.context) if rule else label.choices[1]
+        stratum = labels.sample.strata[text.stratum].says
         wrong[stratum] += [answer != (said or label.choices[1]) for answer in answers]
     return {name: (sum(some) + 0.5) / (len(some) + 1) for name, some in wrong.items() if len(some) >= FEWEST}
 
@@ -134,7 +134,7 @@ def _over_seeds(label: Label, by_model: Mapping[str, Sequence[Item]]) -> tuple[i
 def _needed(difference: float, power: float, variance: float, models: Sequence[Sequence[_Stratum]]) -> int | None:
     from scipy.special import ndtri
 
-    most = max(sum(one.size for one in strata) for strata in models)
+    most = max(sum(stratum.size for stratum in strata) for strata in models)
     allowed = (difference / float(ndtri(0.975) + ndtri(power))) ** 2
     for labels in itertools.count(_STEP, _STEP):
         added = float(np.mean([_variance(strata, labels) for strata in models])) * 2
@@ -146,8 +146,8 @@ def _needed(difference: float, power: float, variance: float, models: Sequence[S
 
 
 def _variance(strata: Sequence[_Stratum], labels: int) -> float:
-    drawn = shares_of({str(number): one.size for number, one in enumerate(strata)}, labels)
+    drawn = shares_of({str(number): stratum.size for number, stratum in enumerate(strata)}, labels)
     return math.fsum(
-        one.weight**2 * one.error * (1 - one.error) * (1 / drawn[str(number)] - 1 / one.size)
-        for number, one in enumerate(strata)
+        stratum.weight**2 * stratum.error * (1 - stratum.error) * (1 / drawn[str(number)] - 1 / stratum.size)
+        for number, stratum in enumerate(strata)
     )

@@ -189,7 +189,7 @@ def _warns(placed: str) -> bool:
     warned: _Warned | None = None
     urges = _ESCAPE.search(meant) is not None
     said = _SENTENCES.split(_ASIDE.sub(r"\1 ", _TOPIC.sub("", meant)))
-    for number, sentence in enumerate(one for one in said if one.strip()):
+    for number, sentence in enumerate(part for part in said if part.strip()):
         if warned is not None and number > warned.number + 1:
             return True
         warned = _after(sentence, number, warned, urges=urges or _PLACE in sentence)
@@ -213,7 +213,7 @@ def _statements(sentence: str) -> Iterator[str]:
     """Yield the clauses that are statements, or questions that treat a fire as a fact ("did you see the fire?")."""
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
-    clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]
+    clauses = [part.strip(" \"'*.!。" if asks else " \"'*.!。?") for part in _CLAUSES.split(stated)]
     clauses = [clause for clause in clauses if clause]
     if not asks or not sentence.rstrip(" \"'*").endswith("?"):
         yield from (clause for clause in clauses if not asks or not _ASKED.search(clause))
@@ -225,7 +225,7 @@ def _statements(sentence: str) -> Iterator[str]:
 
 
 def _read(clause: str, *, urges: bool) -> _Clause:
-    cues = [_Cue(str(one.lastgroup), one.start(), one.end()) for one in _CUES.finditer(clause)]
+    cues = [_Cue(str(match.lastgroup), match.start(), match.end()) for match in _CUES.finditer(clause)]
     cues = _effective([replace(cue, kind="fire") if cue.kind == "hazard" and urges else cue for cue in cues])
     kinds = {cue.kind for cue in cues}
     over = not kinds.isdisjoint(("over", "mistaken"))
@@ -245,7 +245,7 @@ def _effective(cues: list[_Cue]) -> list[_Cue]:
         if cue.kind in ("go", "over") and denies:
             left[-1] = _Cue("open", cue.start, cue.end)
         elif cue.kind == "over" and awaited:
-            left = [one for one in left if one.kind != "doubt"]
+            left = [cue for cue in left if cue.kind != "doubt"]
             left.append(_Cue("open", cue.start, cue.end))
         elif cue.kind == "denied" and before is not None and _is_open(before, cue):
             left[-1] = _Cue("open", cue.start, cue.end)

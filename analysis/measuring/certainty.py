@@ -40,12 +40,12 @@ def probabilities_of(folder: RunFolder, records: Records) -> Probabilities | Non
     columns, declared = records.decisions(), folder.declared
     asked = zip(columns["step"], columns["agent"], columns["kind"], strict=True)
     size = len(columns["step"])
-    told: list[Certainty | None] = [None] * size
+    certainties: list[Certainty | None] = [None] * size
     for number, call in with_calls(zip(asked, range(size), strict=True), folder.calls()):
-        told[number] = None if call is None else _of(call, columns["action"][number], folder)
+        certainties[number] = None if call is None else _of(call, columns["action"][number], folder)
     knows = TRUTH in declared.streams.get("steps", {})
     return Probabilities(
-        told=objects(told),
+        told=objects(certainties),
         truth=objects(records.columns([TRUTH])[TRUTH] if knows else [None] * size),
         knows_truth=knows,
     )
@@ -56,7 +56,7 @@ def with_certainty(steps: pa.Table, probabilities: Probabilities | None) -> pa.T
     if probabilities is None:
         return steps
     for field in COLUMNS:
-        values = [None if one is None else getattr(one, field.name) for one in probabilities.told]
+        values = [None if certainty is None else getattr(certainty, field.name) for certainty in probabilities.told]
         steps = steps.append_column(field, pa.array(values, type=field.type))
     return steps
 

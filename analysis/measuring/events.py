@@ -70,7 +70,9 @@ class EventsFile:
         schema = SCHEMA.insert(0, pa.field("sweep", pa.string())) if several else SCHEMA
         columns: dict[str, list[Any]] = {name: [] for name in schema.names}
         for (sweep, run), events in self._events.items():
-            for event in sorted(events, key=lambda one: (one.step, -1 if one.agent is None else one.agent, one.event)):
+            for event in sorted(
+                events, key=lambda event: (event.step, -1 if event.agent is None else event.agent, event.event)
+            ):
                 row = {"sweep": sweep, "run": run, **msgspec.structs.asdict(event)}
                 for name, values in columns.items():
                     values.append(row[name])

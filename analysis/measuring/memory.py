@@ -66,27 +66,31 @@ class Memory:
 
     def recall(self, key: str) -> Measured | None:
         """Return the results under a key, or None if there are none or they cannot be read."""
-        found = None
+        measured = None
         with self._giving_up():
             query = "SELECT measures, steps FROM measured WHERE key = ?"
-            found = self._connection.execute(query, (key,)).fetchone() if key in self._known else None
-        if found is None:
+            measured = self._connection.execute(query, (key,)).fetchone() if key in self._known else None
+        if measured is None:
             return None
-        measures, steps = found
+        measures, steps = measured
         with pa.ipc.open_stream(steps) as reader:
             numbers, events, copies = msgspec.msgpack.decode(measures, type=_Kept)
-            return Measured(numbers, reader.read_all(), events, {name: np.array(one) for name, one in copies.items()})
+            return Measured(
+                numbers, reader.read_all(), events, {name: np.array(values) for name, values in copies.items()}
+            )
 
-    def keep(self, key: str, found: Measured) -> None:
+    def keep(self, key: str, measured: Measured) -> None:
         """Store the results of a complete run."""
-        assert found.steps is not None
+        assert measured.steps is not None
         if not self._usable:
             return
         sink = pa.BufferOutputStream()
-        with pa.ipc.new_stream(sink, found.steps.schema, options=pa.ipc.IpcWriteOptions(compression="lz4")) as writer:
-            writer.write_table(found.steps)
-        copies = {name: values.tolist() for name, values in found.copies.items()}
-        row = (key, msgspec.msgpack.encode((found.measures, found.events, copies)), sink.getvalue().to_pybytes())
+        with pa.ipc.new_stream(
+            sink, measured.steps.schema, options=pa.ipc.IpcWriteOptions(compression="lz4")
+        ) as writer:
+            writer.write_table(measured.steps)
+        copies = {name: values.tolist() for name, values in measured.copies.items()}
+        row = (key, msgspec.msgpack.encode((measured.measures, measured.events, copies)), sink.getvalue().to_pybytes())
         with self._giving_up():
             self._connection.execute("INSERT OR REPLACE INTO measured VALUES (?, ?, ?)", row)
             self._pending += 1
@@ -166,6 +170,6 @@ def code_version(folders: tuple[Path, ...]) -> str:
     own = [file for folder in folders for place in ("", *_GROUPS) for file in sorted((folder / place).glob("*.py"))]
     for path in [*sorted(Path(__file__).parents[1].rglob("*.py")), *own]:
         state.update(path.read_bytes())
-    for one in (module for group in _GROUPS for module in own_modules(group)):
-        state.update(f"{one.origin} {one.sha256}".encode())
+    for module in (module for group in _GROUPS for module in own_modules(group)):
+        state.update(f"{module.origin} {module.sha256}".encode())
     return state.hexdigest()

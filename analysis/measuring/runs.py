@@ -44,9 +44,9 @@ class Values(Mapping[str, float]):
 
     __slots__ = ("_positions", "array", "names")
 
-    def __init__(self, found: Mapping[str, float]) -> None:
-        self.names, self._positions = _shared(tuple(found))
-        self.array: FloatArray = np.fromiter(found.values(), dtype=np.float64, count=len(found))
+    def __init__(self, values: Mapping[str, float]) -> None:
+        self.names, self._positions = _shared(tuple(values))
+        self.array: FloatArray = np.fromiter(values.values(), dtype=np.float64, count=len(values))
 
     def __getitem__(self, name: str) -> float:
         return float(self.array[self._positions[name]])
@@ -79,10 +79,12 @@ class Source:
 
 def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
     """Return the sweeps and their baselines."""
-    found = [labelling_of(sweep, by_model=labelled_by_model) for sweep in sweeps]
-    own = [Source(sweep, name, labelling=said) for sweep, name, said in zip(sweeps, names, found, strict=True)]
-    compared = [one for one in own if one.folder.baselines_dir.exists()]
-    beside = [replace(one, folder=SweepFolder.open(one.folder.baselines_dir), baseline=True) for one in compared]
+    sources = [labelling_of(sweep, by_model=labelled_by_model) for sweep in sweeps]
+    own = [Source(sweep, name, labelling=said) for sweep, name, said in zip(sweeps, names, sources, strict=True)]
+    compared = [source for source in own if source.folder.baselines_dir.exists()]
+    beside = [
+        replace(source, folder=SweepFolder.open(source.folder.baselines_dir), baseline=True) for source in compared
+    ]
     return [*own, *beside]
 
 
@@ -141,7 +143,7 @@ _NONE = Values({})
 def schemas_of(runs: Sequence[RunFolder]) -> list[pa.Schema]:
     """Return the columns of `steps.parquet` for the given runs, with one schema for each set of declared decisions."""
     declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
-    return [*(form_of(one.form).schema(one) for one in declared.values()), *columns_of(runs)]
+    return [*(form_of(declaration.form).schema(declaration) for declaration in declared.values()), *columns_of(runs)]
 
 
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
@@ -191,12 +193,12 @@ def measure_run(folder: RunFolder, source: Source) -> RunResult:
 
 
 def _measured(folder: RunFolder, labelling: Labelling) -> Measured:
-    found = folder.summary()
-    ended = status(folder, found)
+    summary = folder.summary()
+    ended = status(folder, summary)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
-    whole = measurable(folder, found)
+    whole = measurable(folder, summary)
     if whole is None:
-        return Measured(measures, None, failure(found, last_step(folder)) if ended == FAILED else [])
+        return Measured(measures, None, failure(summary, last_step(folder)) if ended == FAILED else [])
     form, run = whole.form, whole.form.labelled(whole.run, labelling)
     general: AnyRun = run if form.run is AnyRun else general_run(folder, whole.records)
     texts = {own.label.name: labelled_texts(folder, own) for own in labelling.own}
@@ -208,7 +210,7 @@ def _measured(folder: RunFolder, labelling: Labelling) -> Measured:
     return Measured(measures | corrected, with_certainty(steps, general.probabilities), events, copies)
 
 
-def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
+def _described(folder: RunFolder, source: Source, measured: Measured) -> RunResult:
     keys = identity(folder)
     return RunResult(
         sweep=source.name,
@@ -220,8 +222,8 @@ def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
         factors=further_factors(folder),
         config=folder.config(),
         baseline=source.baseline,
-        measures=Values(found.measures),
-        steps=found.steps,
-        events=found.events,
-        copies=found.copies,
+        measures=Values(measured.measures),
+        steps=measured.steps,
+        events=measured.events,
+        copies=measured.copies,
     )

@@ -77,17 +77,17 @@ def open_steps_file(path: Path, schemas: Sequence[pa.Schema], *, by_sweep: bool)
 
 def joined(schemas: Sequence[pa.Schema]) -> pa.Schema:
     """Return the columns of several forms together; a column whose types do not agree becomes text."""
-    found: dict[str, pa.Field] = {}
+    fields: dict[str, pa.Field] = {}
     for field in (field for schema in schemas for field in schema):
-        found[field.name] = _both(found[field.name], field) if field.name in found else field
-    return pa.schema(list(found.values()))
+        fields[field.name] = _both(fields[field.name], field) if field.name in fields else field
+    return pa.schema(list(fields.values()))
 
 
-def _both(one: pa.Field, other: pa.Field) -> pa.Field:
+def _both(first: pa.Field, other: pa.Field) -> pa.Field:
     try:
-        return pa.unify_schemas([pa.schema([one]), pa.schema([other])], promote_options="permissive").field(0)
+        return pa.unify_schemas([pa.schema([first]), pa.schema([other])], promote_options="permissive").field(0)
     except pa.ArrowTypeError:
-        return pa.field(one.name, pa.string())
+        return pa.field(first.name, pa.string())
 
 
 def _as_in(steps: pa.Table, schema: pa.Schema) -> pa.Table:

@@ -176,9 +176,9 @@ def _table(sweep: _Measured, group: Group) -> Table:
         return _UNKNOWN if estimate is None else number(estimate.mean)
 
     def cell(measure: str, other: Group) -> str:
-        found = mean_cell(compared.estimates.get((measure, other)), len(compared.values[other])) or _UNKNOWN
+        text = mean_cell(compared.estimates.get((measure, other)), len(compared.values[other])) or _UNKNOWN
         without = mean(f"{measure}{UNCORRECTED}", other)
-        return found if without == _UNKNOWN else f"{found} (uncorrected {without})"
+        return text if without == _UNKNOWN else f"{text} (uncorrected {without})"
 
     def name(measure: str) -> str:
         label = describe(measure, compared.runs.get(group)).label

@@ -58,19 +58,19 @@ class Told:
     matrix: Matrix | None = None
 
 
-def ending(told: Told, width: int, printed: int = 0) -> list[str]:
+def ending(results: Told, width: int, printed: int = 0) -> list[str]:
     """Return the last lines of an analysis; with the `printed` lines above them, they are at most MOST_LINES lines."""
     width = min(width, WIDEST)
-    study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
-    look_at = _look_at(told.folders, told.tables)
+    study = [*wrapped(results.study, width), *_of_thresholds(results, width)]
+    look_at = _look_at(results.folders, results.tables)
     room = MOST_LINES - printed - len(study) - len(look_at) - 2
-    rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
-    shown = _Shown.of(told, rows, width) if rows else None
-    look_out = _look_out(told.notes, told.tables, width, MOST_NOTES)
+    rows = results.contrasts[results.contrasts["headline"].astype(bool)].to_dict("records")
+    shown = _Shown.of(results, rows, width) if rows else None
+    look_out = _look_out(results.notes, results.tables, width, MOST_NOTES)
     if shown is not None and shown.is_cut(room - len(look_out)):  # findings come before notes
-        look_out = _look_out(told.notes, told.tables, width, FEWEST_NOTES)
+        look_out = _look_out(results.notes, results.tables, width, FEWEST_NOTES)
     room -= len(look_out)
-    body = _alone(told, width, room) if shown is None else shown.body(room)
+    body = _alone(results, width, room) if shown is None else shown.body(room)
     return [*study, "", *body, "", *look_out, *look_at]
 
 
@@ -86,11 +86,11 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
     )
 
 
-def _of_thresholds(told: Told, width: int) -> list[str]:
-    shown = told.thresholds[:MOST_THRESHOLDS]
+def _of_thresholds(results: Told, width: int) -> list[str]:
+    shown = results.thresholds[:MOST_THRESHOLDS]
     lines = [line for sentence in shown for line in wrapped(sentence, width, "", "  ")]
-    left = len(told.thresholds) - len(shown)
-    more = [f"{counted(left, 'further threshold')}: {told.tables}/thresholds.csv"] if left else []
+    left = len(results.thresholds) - len(shown)
+    more = [f"{counted(left, 'further threshold')}: {results.tables}/thresholds.csv"] if left else []
     return ["", *lines, *more] if lines else []
 
 
@@ -137,15 +137,15 @@ class _Shown:
     width: int
 
     @classmethod
-    def of(cls, told: Told, rows: Sequence[Row], width: int) -> "_Shown":
+    def of(cls, results: Told, rows: Sequence[Row], width: int) -> "_Shown":
         factors = sorted(dict.fromkeys(str(row["factor"]) for row in rows), key=lambda factor: factor != MODEL)
         names: dict[str, str] = {}
         for factor in factors:
             own = [row for row in rows if row["factor"] == factor]
             names |= short_names(str(row[side]) for row in own for side in ("reference", "level"))
         contexts = short_contexts(str(row["context"]) for row in rows)
-        ranked = findings([row for row in rows if row["difference"] > 0] if told.one_sided else rows)
-        return cls(told, rows, ranked, told.sides, names, contexts, factors[0], width)
+        ranked = findings([row for row in rows if row["difference"] > 0] if results.one_sided else rows)
+        return cls(results, rows, ranked, results.sides, names, contexts, factors[0], width)
 
     @cached_property
     def different(self) -> Sequence[Finding]:
@@ -228,9 +228,9 @@ class _Shown:
         )
         return [f"  {line}" for line in lines] if max(map(text_width, lines)) + 2 <= self.width else []
 
-    def _table(self, found: Sequence[Finding], room: int) -> list[str]:
-        shown = found if len(found) < room else found[: room - 2]
-        left = len(found) - len(shown)
+    def _table(self, findings: Sequence[Finding], room: int) -> list[str]:
+        shown = findings if len(findings) < room else findings[: room - 2]
+        left = len(findings) - len(shown)
         more = [f"  {counted(left, 'further measure')}: {self.told.tables}/comparison.md"] if left else []
         lines = gap_lines(shown, self.names, self.contexts, self.sides, self.width - 2)
         return [*(f"  {line}" for line in lines), *more]
@@ -286,14 +286,14 @@ def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, s
     return [(name, with_interval(cell.mean, cell.low, cell.high)) for name, cell in cells.items()]
 
 
-def _alone(told: Told, width: int, room: int) -> list[str]:
-    head = wrapped(f"{told.alone} Means over seeds [95 %]:" if told.means else told.alone, width)
-    lines = [f"  {line}" for line in aligned(told.means)] if told.means else []
+def _alone(results: Told, width: int, room: int) -> list[str]:
+    head = wrapped(f"{results.alone} Means over seeds [95 %]:" if results.means else results.alone, width)
+    lines = [f"  {line}" for line in aligned(results.means)] if results.means else []
     left = len(lines) + len(head) - room
     if left <= 0:
         return [*head, *lines]
     return [
         *head,
         *lines[: room - len(head) - 1],
-        f"  {counted(left + 1, 'further mean')}: {told.tables}/comparison.md",
+        f"  {counted(left + 1, 'further mean')}: {results.tables}/comparison.md",
     ]

@@ -14,14 +14,14 @@ _SPACE = "  "
 
 
 def gap_lines(
-    found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
+    findings: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
     """Return the lines of the table: a column per level, or the lowest and highest level if there is no room."""
-    levels = [level for level in names if any(level in gap.means for gap in found)]
-    labels = [_label(gap, contexts, sides, 7 * width // 20) for gap in found]
-    sizes = [upright(gap.rows[0]) for gap in found]
-    pairs = _padded([f"{names[gap.level]} - {names[gap.other_levels[0]]}" for gap in found])
-    means = [rounded([gap.means.get(level, math.nan) for level in levels]) for gap in found]
+    levels = [level for level in names if any(level in gap.means for gap in findings)]
+    labels = [_label(gap, contexts, sides, 7 * width // 20) for gap in findings]
+    sizes = [upright(gap.rows[0]) for gap in findings]
+    pairs = _padded([f"{names[gap.level]} - {names[gap.other_levels[0]]}" for gap in findings])
+    means = [rounded([gap.means.get(level, math.nan) for level in levels]) for gap in findings]
     cells = sizes if len(levels) == 2 else [f"{pair}{_SPACE}{size}" for pair, size in zip(pairs, sizes, strict=True)]
     lines = aligned(
         [
@@ -31,7 +31,7 @@ def gap_lines(
     )
     if max(map(text_width, lines)) <= width:
         return lines
-    ends = [_ends(gap, names) for gap in found]
+    ends = [_ends(gap, names) for gap in findings]
     head = ["", "lowest", "highest"]
     lines = aligned(
         [[*head, "gap [95 %]"], *([label, *end, size] for label, end, size in zip(labels, ends, sizes, strict=True))]

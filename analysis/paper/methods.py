@@ -51,23 +51,23 @@ class Basis:
     filtered: str = ""
 
 
-def methods(found: Basis) -> list[str]:
+def methods(basis: Basis) -> list[str]:
     """Return four paragraphs: design, measures, statistics, software."""
-    own = [member for member in found.members if not member.shown.baseline]
-    rows = found.contrasts[found.contrasts["headline"].astype(bool)]
+    own = [member for member in basis.members if not member.shown.baseline]
+    rows = basis.contrasts[basis.contrasts["headline"].astype(bool)]
     tested = rows if (rows["test"] == SIGN_FLIP).any() else rows[:0]
-    kinds = set(found.comparison["interval"]) | set(rows["interval"])
+    kinds = set(basis.comparison["interval"]) | set(rows["interval"])
     digests = _digests(own)
-    summaries = [member.summary for member in found.members if member.summary is not None]
+    summaries = [member.summary for member in basis.members if member.summary is not None]
     content = {
-        "found": found,
-        "used": set(_used(found)),
+        "found": basis,
+        "used": set(_used(basis)),
         "models": [f"{name} (digest {digest[-1][:12]})" if digest else name for name, digest in digests.items()],
-        "worlds": counted_names(found.members, "world"),
-        "prompts": counted_names(found.members, "prompt"),
+        "worlds": counted_names(basis.members, "world"),
+        "prompts": counted_names(basis.members, "prompt"),
         "seeds": seeds_text(sorted({member.seed for member in own})),
-        "baselines": list(dict.fromkeys(member.shown.label for member in found.members if member.shown.baseline)),
-        "lacking": sum(not member.complete for member in found.members),
+        "baselines": list(dict.fromkeys(member.shown.label for member in basis.members if member.shown.baseline)),
+        "lacking": sum(not member.complete for member in basis.members),
         "asked": _names_by_sampling(own),
         "intervals": [text for kind, text in _INTERVALS.items() if kind in kinds],
         "measures": list(tested["measure"].unique()),
@@ -75,10 +75,10 @@ def methods(found: Basis) -> list[str]:
             f"{size} for {factor}" for factor, size in tested.groupby("factor", sort=False)["family"].max().items()
         ],
         "alpha": f"{ALPHA:g}",
-        "looks": [f"{look.seeds} (level {look.alpha:.2g})" for look in found.planned.declared.looks]
-        if found.planned
+        "looks": [f"{look.seeds} (level {look.alpha:.2g})" for look in basis.planned.declared.looks]
+        if basis.planned
         else [],
-        "margins": found.contrasts.loc[found.contrasts["margin"].notna(), "measure"].nunique(),
+        "margins": basis.contrasts.loc[basis.contrasts["margin"].notna(), "measure"].nunique(),
         "made": list(
             dict.fromkeys(
                 f"foundry {summary.foundry_version} (Python {summary.python_version}; "
@@ -140,11 +140,11 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fields: Mapping[str, str]
 
 
-def bibtex(found: Basis) -> str:
+def bibtex(basis: Basis) -> str:
     """Return the references as BibTeX: foundry, the models, then publications."""
-    used = set(_used(found))
+    used = set(_used(basis))
     works = [_entry(source.kind, source.key, source.fields) for source in _known() if used & set(source.of)]
-    return "\n".join([*_software(found), *_models(found), *works])
+    return "\n".join([*_software(basis), *_models(basis), *works])
 
 
 @cache
@@ -153,37 +153,37 @@ def _known() -> tuple[Source, ...]:
     return msgspec.yaml.decode(file.read_bytes(), type=tuple[Source, ...])
 
 
-def _used(found: Basis) -> Iterator[str]:
+def _used(basis: Basis) -> Iterator[str]:
     """Yield the names of worlds, prompts, tests and so on in an analysis for which a paper may cite a source."""
-    for member in found.members:
+    for member in basis.members:
         config = member.folder.config()
         yield f"world {config['world']['name']}"
         yield f"prompt {config['prompt']['name']}"
-    rows = found.contrasts[found.contrasts["headline"].astype(bool)]
+    rows = basis.contrasts[basis.contrasts["headline"].astype(bool)]
     yield from rows["test"].astype(str)
-    yield from found.comparison["interval"].astype(str)
+    yield from basis.comparison["interval"].astype(str)
     yield from rows["interval"].astype(str)
     if rows["p_adjusted"].notna().any():
         yield "max-t"
         yield "holm"
     if (rows["claim"] == DECLARED).any() and rows["look"].max() > 0:
         yield "looks"
-    if found.contrasts["p_equivalence"].notna().any():
+    if basis.contrasts["p_equivalence"].notna().any():
         yield "equivalence"
-    energy = found.fingerprint.energy
+    energy = basis.fingerprint.energy
     if len(energy) and energy["p"].notna().any():
         yield "energy"
 
 
-def _software(found: Basis) -> Iterator[str]:
-    made = dict.fromkeys(member.summary.foundry_version for member in found.members if member.summary is not None)
+def _software(basis: Basis) -> Iterator[str]:
+    made = dict.fromkeys(member.summary.foundry_version for member in basis.members if member.summary is not None)
     for place, version in enumerate(made):
         fields = {"title": "foundry", "author": "{The foundry developers}", "version": version}
         yield _entry("software", "foundry" if not place else f"foundry-{_slug(version)}", fields)
 
 
-def _models(found: Basis) -> Iterator[str]:
-    served = [member for member in found.members if is_served(member.folder.config()["model"])]
+def _models(basis: Basis) -> Iterator[str]:
+    served = [member for member in basis.members if is_served(member.folder.config()["model"])]
     for name, digests in _digests(served).items():
         note = f"Weights {', '.join(digests)}" if digests else "Digest of the weights unknown"
         yield _entry("misc", f"model-{_slug(name)}", {"title": f"{{{name.translate(_ESCAPED)}}}", "note": note})

@@ -121,8 +121,8 @@ def why_silent(row: Row) -> str:
 
 def sentence(row: Row, sides: Sides) -> str:
     """Return a row as a sentence, with its limitations."""
-    told = {DIFFERENT: _different, SAME: _same, NOTHING: _nothing, SILENT: _silent}[kind_of(row)](row, sides)
-    return "; ".join([told, *weaknesses(row, sides)]) + "."
+    text = {DIFFERENT: _different, SAME: _same, NOTHING: _nothing, SILENT: _silent}[kind_of(row)](row, sides)
+    return "; ".join([text, *weaknesses(row, sides)]) + "."
 
 
 def _different(row: Row, sides: Sides) -> str:

@@ -63,12 +63,12 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
     different = [finding for finding in findings(every) if finding.differs]
-    told = [finding.sentence(sides) for finding in different]
-    told += [sentence(row, sides) for kind in (SAME, NOTHING) for row in by_kind[kind]]
+    sentences = [finding.sentence(sides) for finding in different]
+    sentences += [sentence(row, sides) for kind in (SAME, NOTHING) for row in by_kind[kind]]
     silent = _silent(by_kind[SILENT], sides)
-    if len(told) + len(silent) <= most:
-        return [*told, *silent]
-    shown = told[: most - 1]
+    if len(sentences) + len(silent) <= most:
+        return [*sentences, *silent]
+    shown = sentences[: most - 1]
     # A finding also covers its other pairs.
     left = {"finding": len(different) - len(shown)} if len(shown) < len(different) else {}
     others = [*by_kind[SAME], *by_kind[NOTHING]][max(0, len(shown) - len(different)) :]

@@ -89,8 +89,8 @@ def declared(
         conditions=list(conditions),
         seeds=seeds,
         measures=[
-            PlannedMeasure(name=one, margin=margins.get(one), code_sha256=own, widest=widest.get(one))
-            for one, own in code.items()
+            PlannedMeasure(name=part_name, margin=margins.get(part_name), code_sha256=own, widest=widest.get(part_name))
+            for part_name, own in code.items()
         ],
         tests=dict(tests),
         pairs=dict(compared),
@@ -108,15 +108,15 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
     Raises:
         InputError: the numbers do not ascend, begin too low, or do not end with all seeds.
     """
-    found = tuple(looks) or (seeds,)
-    shown, ascending = (",".join(map(str, some)) for some in (found, sorted(set(found))))
+    planned = tuple(looks) or (seeds,)
+    shown, ascending = (",".join(map(str, some)) for some in (planned, sorted(set(planned))))
     if shown != ascending:
         raise InputError(f"Looks at {shown} seeds must ascend: use {ascending}.")
-    if found[0] < FEWEST_FOR_CLAIMS:
-        raise InputError(f"A look at {found[0]} seeds cannot test anything: begin with {FEWEST_FOR_CLAIMS} or more.")
-    if found[-1] != seeds:
-        raise InputError(f"The last look is at {found[-1]} seeds, but the sweep has {seeds}: make them equal.")
-    return found
+    if planned[0] < FEWEST_FOR_CLAIMS:
+        raise InputError(f"A look at {planned[0]} seeds cannot test anything: begin with {FEWEST_FOR_CLAIMS} or more.")
+    if planned[-1] != seeds:
+        raise InputError(f"The last look is at {planned[-1]} seeds, but the sweep has {seeds}: make them equal.")
+    return planned
 
 
 def out_of_reach(plan: Preregistration) -> list[str]:
@@ -181,15 +181,15 @@ def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
         InputError: no signature of these forms has the measure.
     """
     name, _, own = measure.partition(".")
-    found: dict[str, Part] = {}
+    parts: dict[str, Part] = {}
     for signature in discover():
         for form in forms:
             part = signature.part(form_of(form).run)
             if signature.name == name and part is not None and _measures(signature, part, own):
-                found[form] = part
-    if not found:
+                parts[form] = part
+    if not parts:
         raise unknown_measure(measure, _known(forms))
-    return {form: part.sha256 for form, part in found.items()}
+    return {form: part.sha256 for form, part in parts.items()}
 
 
 def _measures(signature: Signature, part: Part, measure: str) -> bool:
@@ -202,8 +202,8 @@ def _measures(signature: Signature, part: Part, measure: str) -> bool:
 
 def _known(forms: Sequence[str]) -> list[str]:
     runs = [form_of(form).run for form in forms]
-    found = (one.part(run) for one in discover() for run in runs)
-    return list(dict.fromkeys(f"{part.name}.{name}" for part in found if part is not None for name in part.measures))
+    parts = (signature.part(run) for signature in discover() for run in runs)
+    return list(dict.fromkeys(f"{part.name}.{name}" for part in parts if part is not None for name in part.measures))
 
 
 def _once(family: Sequence[str]) -> Sequence[str]:
@@ -237,10 +237,10 @@ def _check_widest(margins: Mapping[str, float], widest: Mapping[str, float]) -> 
 
 
 def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
-    found = levels(looks, np.array([ALPHA, ALPHA / pairs])).tolist()
+    rows = levels(looks, np.array([ALPHA, ALPHA / pairs])).tolist()
     return [
         PlannedLook(seeds=n, alpha=round(alone, 8), alpha_in_family=round(strict, 8))
-        for n, (alone, strict) in zip(looks, found, strict=True)
+        for n, (alone, strict) in zip(looks, rows, strict=True)
     ]
 
 

@@ -39,10 +39,10 @@ class Held:
 
     def notes(self) -> list[str]:
         """Return lines about the declaration: the last look so far, and each deviation from the plan."""
-        kept = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
+        plan_line = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
         known = [self.plan.known] if self.plan.known else []
         differs = [f"differs from the plan: {line}" for line in self.differs]
-        return [kept, *known, *differs] if differs else [f"{kept}; nothing differs from the plan", *known]
+        return [plan_line, *known, *differs] if differs else [f"{plan_line}; nothing differs from the plan", *known]
 
 
 def answered(contrasts: pd.DataFrame) -> bool:
@@ -86,10 +86,10 @@ def made_late(sweep: SweepFolder) -> str:
     Raises:
         RecordError: the file cannot be read.
     """
-    found = preregistration_of(sweep.path)
-    if found is None:
+    plan_and_hash = preregistration_of(sweep.path)
+    if plan_and_hash is None:
         return ""
-    late = _late(sweep, *found)
+    late = _late(sweep, *plan_and_hash)
     return (
         f"{sweep.path / PREREGISTRATION_FILE} does not count as a plan, so all findings are exploratory: {late}"
         if late
@@ -116,10 +116,10 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         InputError: the user named a family or margins.
         RecordError: the file cannot be read.
     """
-    found = plan_alone(sweep, asked=asked)
-    if found is None:
+    plan_and_hash = plan_alone(sweep, asked=asked)
+    if plan_and_hash is None:
         return None
-    declared, sha256 = found
+    declared, sha256 = plan_and_hash
     frame, keys = table.frame, group_keys(groups)
     own = frame["run"].isin(declared.runs)
     plan = Plan(
@@ -147,12 +147,12 @@ def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str
         InputError: the user named a family or margins, although the plan declares them.
         RecordError: the file cannot be read.
     """
-    found = preregistration_of(sweep.path)
-    if found is not None and asked:
+    plan_and_hash = preregistration_of(sweep.path)
+    if plan_and_hash is not None and asked:
         raise InputError(
             f"{sweep.path / PREREGISTRATION_FILE} already declares the tests: leave --family and --margin out."
         )
-    return found
+    return plan_and_hash
 
 
 def _reached(declared: Preregistration, ended: set[str]) -> int:
@@ -211,6 +211,6 @@ def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[st
     if declared.foundry != __version__:
         yield f"it was made with foundry {declared.foundry}; this is {__version__}"
     now = {model["name"]: model.get("digest") for model in sweep.models}
-    for one in declared.models:
-        if one["name"] in now and one.get("digest") and now[one["name"]] not in (None, one["digest"]):
-            yield f"{one['name']} has other weights"
+    for model in declared.models:
+        if model["name"] in now and model.get("digest") and now[model["name"]] not in (None, model["digest"]):
+            yield f"{model['name']} has other weights"

@@ -50,20 +50,20 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
         RecordError: the record of earlier looks cannot be read.
     """
     known = looks_of(folder)
-    kept, looked = _sizes(known), list(_looks(contrasts, settings))
-    new = [one for one in looked if one.pairs not in _sizes_of(one, kept)]
+    earlier, looked = _sizes(known), list(_looks(contrasts, settings))
+    new = [pairs for pairs in looked if pairs.pairs not in _sizes_of(pairs, earlier)]
     if new:
         write_looks(folder, [*known, *new])
     sizes = _sizes([*known, *new])
     undeclared = (contrasts["claim"] == EXPLORATORY) & contrasts["p"].notna()
-    now = {_texts(one): _sizes_of(one, sizes) for one in looked}
+    now = {_texts(look): _sizes_of(look, sizes) for look in looked}
     pairs = [now.get(pair, []) for pair in contrasts[list(_PAIR)].astype(str).itertuples(index=False, name=None)]
     rows = zip(contrasts["look"], contrasts["note"], pairs, undeclared, contrasts["headline"], strict=True)
-    told = [
+    sizes_now = [
         (len(own), "; ".join(filter(None, (note, said(own) if headline else "")))) if counts else (look, note)
         for look, note, own, counts, headline in rows
     ]
-    return contrasts.assign(look=[look for look, _ in told], note=[note for _, note in told])
+    return contrasts.assign(look=[look for look, _ in sizes_now], note=[note for _, note in sizes_now])
 
 
 def said(sizes: Sequence[int]) -> str:
@@ -81,7 +81,7 @@ def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[L
     tested = contrasts[contrasts["p"].notna()]
     for pair, pairs in tested.groupby(list(_PAIR), sort=False)["n_pairs"].max().items():
         factor, level, reference, context = map(str, cast(_Pair, pair))
-        sides = {settings[factor, one, context] for one in (level, reference)} if settings else ()
+        sides = {settings[factor, side, context] for side in (level, reference)} if settings else ()
         yield LookedAt(
             factor=factor,
             level=level,

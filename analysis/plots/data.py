@@ -31,7 +31,7 @@ def rows_of(data: Iterable[Any], panel: str = "") -> Iterator[dict[str, Any]]:
             for row in _rows(part):
                 yield {"panel": panel, **row} if panel else row
         elif isinstance(part, tuple) and part and isinstance(part[0], str):
-            yield from rows_of([one for one in part[1:] if isinstance(one, (list, tuple))], part[0])
+            yield from rows_of([item for item in part[1:] if isinstance(item, (list, tuple))], part[0])
         elif isinstance(part, (list, tuple)):
             yield from rows_of(part, panel)
 

@@ -73,19 +73,19 @@ def _key(names: Mapping[str, str]) -> list[str]:
     return [part for line in named for part in wrapped(line, _KEY_WIDTH).split("\n")]
 
 
-def fingerprint_figure(found: FingerprintMap) -> Figure:
+def fingerprint_figure(fingerprint: FingerprintMap) -> Figure:
     """Return the heatmap with the dendrogram above and the colour bar below."""
-    names = fitting(found.labels)
+    names = fitting(fingerprint.labels)
     key = _key(names)
-    tall = 0.4 + 0.07 * len(found.labels) if found.merges else 0.05
+    tall = 0.4 + 0.07 * len(fingerprint.labels) if fingerprint.merges else 0.05
     below = LINE_IN * (len(key) or 8)
-    heat = max(0.145 * len(found.measures), 0.6)
+    heat = max(0.145 * len(fingerprint.measures), 0.6)
     figure = new_figure(tall + heat + below + 0.6)
     grid = figure.add_gridspec(2, 1, height_ratios=[tall, heat])
     ax = figure.add_subplot(grid[1])
-    image = draw_fingerprint(ax, replace(found, labels=tuple(names[label] for label in found.labels)))
-    if found.merges:
-        draw_dendrogram(figure.add_subplot(grid[0]), found.merges, len(found.labels))
+    image = draw_fingerprint(ax, replace(fingerprint, labels=tuple(names[label] for label in fingerprint.labels)))
+    if fingerprint.merges:
+        draw_dendrogram(figure.add_subplot(grid[0]), fingerprint.merges, len(fingerprint.labels))
     bar = figure.colorbar(image, ax=ax, orientation="horizontal", aspect=40, pad=0.03, extend="both")
     bar.set_label("Standard deviations from the mean", loc="right")
     bar.outline.set_linewidth(0.4)

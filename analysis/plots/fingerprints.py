@@ -63,21 +63,21 @@ class FingerprintMap:
     merges: tuple[Merge, ...]
 
 
-def draw_fingerprint(ax: Axes, found: FingerprintMap) -> AxesImage:
+def draw_fingerprint(ax: Axes, fingerprint: FingerprintMap) -> AxesImage:
     """Draw the heatmap with a row per measure and a column per group; a dash marks undefined values.
 
     Returns:
         The image, for its colour bar.
     """
-    image = ax.imshow(found.z, cmap=COLOURS, vmin=-LIMIT, vmax=LIMIT, aspect="auto", interpolation="nearest")
+    image = ax.imshow(fingerprint.z, cmap=COLOURS, vmin=-LIMIT, vmax=LIMIT, aspect="auto", interpolation="nearest")
     ax.set_facecolor("#EEEEEE")
-    for row, column in np.argwhere(np.isnan(found.z)):
+    for row, column in np.argwhere(np.isnan(fingerprint.z)):
         ax.text(column, row, "–", ha="center", va="center", color="#666666", size=7)
-    ax.set_xticks(range(len(found.labels)), [wrapped(label) for label in found.labels], rotation=90)
-    ax.set_yticks(range(len(found.measures)), found.measures)
+    ax.set_xticks(range(len(fingerprint.labels)), [wrapped(label) for label in fingerprint.labels], rotation=90)
+    ax.set_yticks(range(len(fingerprint.measures)), fingerprint.measures)
     ax.grid(False)
-    ax.set_xticks(np.arange(len(found.labels) + 1) - 0.5, minor=True)
-    ax.set_yticks(np.arange(len(found.measures) + 1) - 0.5, minor=True)
+    ax.set_xticks(np.arange(len(fingerprint.labels) + 1) - 0.5, minor=True)
+    ax.set_yticks(np.arange(len(fingerprint.measures) + 1) - 0.5, minor=True)
     ax.grid(True, which="minor", axis="both", color="white", linewidth=0.6)
     ax.tick_params(which="both", length=0)
     ax.spines[:].set_visible(False)

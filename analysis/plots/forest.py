@@ -46,8 +46,8 @@ class Pair:
 
 def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
     """Draw the pairs below each other; a significant difference has a filled mark and a star."""
-    found = [pair for pair in pairs if not math.isnan(pair.difference)]
-    if found:
+    shown = [pair for pair in pairs if not math.isnan(pair.difference)]
+    if shown:
         ax.axvline(0, color="#999999", linewidth=0.8, zorder=1)
     for row, pair in enumerate(pairs):
         text = f"n={pair.pairs} {pair.mark}".strip()
@@ -55,7 +55,7 @@ def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
         _draw_pair(ax, pair, -row)
     ax.set_yticks([-row for row in range(len(pairs))], [pair.label for pair in pairs])
     ax.set_ylim(-len(pairs) + 0.4, 0.6)
-    values = (value for pair in found for value in (0.0, pair.difference, pair.low, pair.high))
+    values = (value for pair in shown for value in (0.0, pair.difference, pair.low, pair.high))
     set_limits(ax, values)
     ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
     return ax

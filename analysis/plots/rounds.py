@@ -93,8 +93,8 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
     figure = new_figure(sum(heights) + 0.45 + 0.15 * rows)
     axes = figure.subplots(max(len(lanes), 1), 1, squeeze=False, height_ratios=heights or [1])[:, 0]
     most = max((float(np.nanmax(lane.values, initial=0.0)) for lane in lanes), default=1.0)
-    for ax, one in zip(axes, lanes, strict=False):
-        image = _draw_lanes(ax, one, most)
+    for ax, lane in zip(axes, lanes, strict=False):
+        image = _draw_lanes(ax, lane, most)
     axes[-1].set_xlabel("Round")
     if labels:
         patches = [Patch(color=label_colour(place), label=label) for place, label in enumerate(labels)]
@@ -104,20 +104,22 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
     return figure
 
 
-def _draw_lanes(ax: Axes, one: Lanes, most: float) -> Any:
-    agents, rounds = one.values.shape
-    colours: Any = ListedColormap([label_colour(place) for place in range(len(one.labels))]) if one.labels else NUMBERS
-    top = max(len(one.labels) - 0.5, 0.5) if one.labels else most or 1.0
+def _draw_lanes(ax: Axes, lane: Lanes, most: float) -> Any:
+    agents, rounds = lane.values.shape
+    colours: Any = (
+        ListedColormap([label_colour(place) for place in range(len(lane.labels))]) if lane.labels else NUMBERS
+    )
+    top = max(len(lane.labels) - 0.5, 0.5) if lane.labels else most or 1.0
     image = ax.imshow(
-        np.ma.masked_invalid(one.values),
+        np.ma.masked_invalid(lane.values),
         cmap=colours,
-        vmin=-0.5 if one.labels else min(0.0, float(np.nanmin(one.values, initial=0.0))),
+        vmin=-0.5 if lane.labels else min(0.0, float(np.nanmin(lane.values, initial=0.0))),
         vmax=top,
         aspect="auto",
         interpolation="nearest",
         extent=(0.5, rounds + 0.5, agents - 0.5, -0.5),
     )
-    ax.set_title(wrapped(one.label, _KEY_WIDTH))
+    ax.set_title(wrapped(lane.label, _KEY_WIDTH))
     ax.set_ylabel("Agent")
     ax.grid(False)
     _count_rounds(ax)

@@ -75,7 +75,7 @@ def svg_text(figure: Figure, name: str) -> str:
     text = re.sub(
         r"<!--.*?-->|<metadata>.*?</metadata>|<defs>\s*<style.*?</style>\s*</defs>", "", text, flags=re.DOTALL
     )
-    text = re.sub(r"<[^>]+>", lambda found: _slim(found[0]), re.sub(r">\s+<", "><", text))
+    text = re.sub(r"<[^>]+>", lambda match: _slim(match[0]), re.sub(r">\s+<", "><", text))
     text = text.replace("<svg ", f'<svg style="{_LOOK}" ', 1)
     return _own_ids(text, hashlib.sha256(name.encode()).hexdigest()[:6] + "-").strip() + "\n"
 
@@ -83,12 +83,12 @@ def svg_text(figure: Figure, name: str) -> str:
 def _slim(tag: str) -> str:
     """Leave out the fonts of a tag, which are set for the whole picture, and shorten its numbers."""
     tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
-    return re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.2f}", tag)
+    return re.sub(r"\d+\.\d{3,}", lambda match: f"{float(match[0]):.2f}", tag)
 
 
 def _own_ids(text: str, prefix: str) -> str:
     """Remove ids to which nothing in the SVG refers; rename all other ids to the prefix and a number."""
     wanted = dict.fromkeys(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
     names = {name: f"{prefix}{number}" for number, name in enumerate(wanted)}
-    text = re.sub(r' id="([^"]*)"', lambda found: f' id="{names[found[1]]}"' if found[1] in names else "", text)
-    return re.sub(r'(url\(#|href="#)([^)"]+)', lambda found: found[1] + names[found[2]], text)
+    text = re.sub(r' id="([^"]*)"', lambda match: f' id="{names[match[1]]}"' if match[1] in names else "", text)
+    return re.sub(r'(url\(#|href="#)([^)"]+)', lambda match: match[1] + names[match[2]], text)

@@ -35,17 +35,18 @@ def changes_of(answers: Answers, declared: Family = EVERYTHING) -> pd.DataFrame:
 
 def _rows(before: Chosen, after: Chosen) -> list[dict[str, Any]]:
     keys = sorted(before.keys() & after.keys())
-    choices = sorted({(key.kind, one) for key in keys for chosen in (before, after) for one in chosen[key]})
-    return [_row(before, after, [key for key in keys if key.kind == kind], kind, one) for kind, one in choices]
+    choices = sorted({(key.kind, choice) for key in keys for chosen in (before, after) for choice in chosen[key]})
+    return [_row(before, after, [key for key in keys if key.kind == kind], kind, choice) for kind, choice in choices]
 
 
 def _row(before: Chosen, after: Chosen, keys: list[MomentKey], kind: str, choice: str) -> dict[str, Any]:
     was, now = (_shares(chosen, keys, choice) for chosen in (before, after))
     change = now - was
-    found = estimate(change, -1.0, 1.0, beside_sign_flips=True)
+    estimated = estimate(change, -1.0, 1.0, beside_sign_flips=True)
     p = p_of_row(sign_flip_p, change) if change.any() else np.nan
-    return {"kind": kind, "choice": choice, "moments": len(keys), "seeds": found.n, "before": was.mean(),
-            "after": now.mean(), "change": found.mean, "low": found.low, "high": found.high, "p": p}  # fmt: skip
+    return {"kind": kind, "choice": choice, "moments": len(keys), "seeds": estimated.n, "before": was.mean(),
+            "after": now.mean(), "change": estimated.mean, "low": estimated.low, "high": estimated.high,
+            "p": p}  # fmt: skip
 
 
 def _shares(chosen: Chosen, keys: list[MomentKey], choice: str) -> FloatArray:

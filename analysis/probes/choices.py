@@ -101,13 +101,17 @@ class Answers:
 
     def called(self, asked: Asked, key: MomentKey) -> Counter[str]:
         """Return how many calls in a moment gave each choice."""
-        told = self.told.get((asked, key))
-        return self.chosen[asked][key] if told is None else told.called
+        by_probability = self.told.get((asked, key))
+        return self.chosen[asked][key] if by_probability is None else by_probability.called
 
     def shares(self, asked: Asked, key: MomentKey) -> Mapping[str, float]:
         """Return the share of each choice in a moment."""
-        counts, told = self.chosen[asked][key], self.told.get((asked, key))
-        return {one: count / counts.total() for one, count in counts.items()} if told is None else told.expected
+        counts, by_probability = self.chosen[asked][key], self.told.get((asked, key))
+        return (
+            {choice: count / counts.total() for choice, count in counts.items()}
+            if by_probability is None
+            else by_probability.expected
+        )
 
     def by(self, asked: Asked, key: MomentKey) -> str:
         """Return whether the shares of choices in a moment come from probabilities or from repeated calls."""
@@ -133,7 +137,7 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
         RecordError: a file is damaged.
     """
     chosen: dict[Asked, Chosen] = defaultdict(dict)
-    told: dict[tuple[Asked, MomentKey], Choices] = {}
+    probabilities: dict[tuple[Asked, MomentKey], Choices] = {}
     formats: dict[str, None] = {}
     changes: dict[str, Change] = {}
     missing = 0
@@ -150,5 +154,7 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
             key = MomentKey(config["seed"], *place)
             chosen[asked][key] = choices.counts
             if choices.expected:
-                told[asked, key] = choices
-    return Answers(dict(chosen), changes, tuple(formats), names_of(one.subject for one in chosen), missing, told)
+                probabilities[asked, key] = choices
+    return Answers(
+        dict(chosen), changes, tuple(formats), names_of(subject.subject for subject in chosen), missing, probabilities
+    )

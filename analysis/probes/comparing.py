@@ -56,20 +56,22 @@ class Compared:
 
     def excesses(self) -> FloatArray:
         """Return the distance minus its floor, as a mean over the moments of each seed, (seeds,)."""
-        return by_seed({key: one.excess for key, one in self.moments.items()})
+        return by_seed({key: distance.excess for key, distance in self.moments.items()})
 
     def _row(self, name: str, kinds: Iterable[str]) -> dict[str, Any]:
         counted = set(kinds)
-        chosen = {key: one for key, one in self.moments.items() if key.kind in counted}
+        chosen = {key: distance for key, distance in self.moments.items() if key.kind in counted}
         excess = Compared(chosen).excesses()
         return {
             "kind": name,
             "moments": len(chosen),
             "seeds": len(excess),
-            "distance": _mean(by_seed({key: one.distance for key, one in chosen.items()})),
-            "floor": _mean(by_seed({key: one.floor for key, one in chosen.items()})),
+            "distance": _mean(by_seed({key: distance.distance for key, distance in chosen.items()})),
+            "floor": _mean(by_seed({key: distance.floor for key, distance in chosen.items()})),
             **excess_of(excess),
-            "standing_out": _mean(np.array([one.p <= STANDS_OUT for one in chosen.values()], dtype=np.float64)),
+            "standing_out": _mean(
+                np.array([distance.p <= STANDS_OUT for distance in chosen.values()], dtype=np.float64)
+            ),
         }
 
 
@@ -89,31 +91,31 @@ def compared_pairs(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
 
 def compared_edits(answers: Answers) -> list[tuple[dict[str, Any], Compared]]:
     """Compare the actual choices under each edit with the expected ones; return names and comparisons."""
-    found = []
+    edits = []
     for subject, change in answers.edited():
         model, expected = answers.names[subject], answers.expected(subject, change)
         about = {"model": model, "edit": change.name, "leaves": change.leaves, "asked": len(expected)}
         after = answers.of(subject, change.name)
-        found.append((about, Compared.of(expected, after, f"{model} {change.name}")))
-    return found
+        edits.append((about, Compared.of(expected, after, f"{model} {change.name}")))
+    return edits
 
 
 def excess_of(by_seed: FloatArray) -> dict[str, float]:
     """Return the mean over seeds of the distance minus its floor, with interval, one-sided test and effect sizes."""
-    found = estimate(by_seed, -1.0, 1.0, beside_sign_flips=True, level=EXCESS_LEVEL)
+    excess = estimate(by_seed, -1.0, 1.0, beside_sign_flips=True, level=EXCESS_LEVEL)
     return {
-        "excess": found.mean,
-        "excess_low": found.low,
-        "excess_high": found.high,
+        "excess": excess.mean,
+        "excess_low": excess.low,
+        "excess_high": excess.high,
         "p": p_of_row(upper_sign_flip_p, by_seed),
-        "g_z": float(hedges_g_z(np.array([found.mean]), np.array([found.sd]), found.n)[0]),
+        "g_z": float(hedges_g_z(np.array([excess.mean]), np.array([excess.sd]), excess.n)[0]),
         "superiority": float(superiority(by_seed[None, :])[0]) if len(by_seed) else np.nan,
     }
 
 
 def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterable[str]) -> pd.DataFrame:
     """Return comparisons as a table, with uncorrected p and an empty column `p_holm`."""
-    rows = [about | row for about, found in compared for row in found.rows()]
+    rows = [about | row for about, distances in compared for row in distances.rows()]
     frame = pd.DataFrame(rows, columns=[*columns, *FIGURES])
     frame.insert(list(frame.columns).index("p") + 1, "p_holm", np.nan)
     return frame

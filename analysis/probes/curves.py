@@ -66,20 +66,20 @@ def _curves(answers: Answers) -> Iterator[_Curve]:
 
 
 def _shares(asked: Mapping[float, Chosen], kind: str, choice: str) -> dict[MomentKey, dict[float, float]]:
-    found: dict[MomentKey, dict[float, float]] = defaultdict(dict)
+    by_value: dict[MomentKey, dict[float, float]] = defaultdict(dict)
     for value, chosen in asked.items():
         for key, counts in chosen.items():
             if key.kind == kind:
-                found[key][value] = counts[choice] / counts.total()
-    return found
+                by_value[key][value] = counts[choice] / counts.total()
+    return by_value
 
 
 def _points(curve: _Curve) -> Iterator[dict[str, Any]]:
     for value in sorted({value for mine in curve.shares.values() for value in mine}):
         shares = {key: mine[value] for key, mine in curve.shares.items() if value in mine}
-        found = estimate(by_seed(shares), 0.0, 1.0)
-        yield {"value": value, "moments": len(shares), "seeds": found.n, "share": found.mean, "low": found.low,
-               "high": found.high}  # fmt: skip
+        estimated = estimate(by_seed(shares), 0.0, 1.0)
+        yield {"value": value, "moments": len(shares), "seeds": estimated.n, "share": estimated.mean,
+               "low": estimated.low, "high": estimated.high}  # fmt: skip
 
 
 def _slope(curve: _Curve) -> dict[str, Any]:
@@ -93,7 +93,7 @@ def _slope(curve: _Curve) -> dict[str, Any]:
         return {}
     sums = np.array([np.sum(mine, axis=0) for _, mine in sorted(products.items())])
     slopes = sums[:, 0] / sums[:, 1]
-    found = estimate(slopes, beside_sign_flips=True)
+    slope = estimate(slopes, beside_sign_flips=True)
     moments = sum(map(len, products.values()))
-    return {"moments": moments, "seeds": found.n, "slope": found.mean, "low": found.low, "high": found.high,
+    return {"moments": moments, "seeds": slope.n, "slope": slope.mean, "low": slope.low, "high": slope.high,
             "p": p_of_row(sign_flip_p, slopes) if slopes.any() else np.nan}  # fmt: skip

@@ -71,23 +71,23 @@ def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.D
     """
     several = len(answers.formats) > 1
     kinds = sorted({key.kind for chosen in answers.chosen.values() for key in chosen} if several else ())
-    found = {
-        (subject, kind): one
+    formatted = {
+        (subject, kind): of_subject
         for subject in answers.names
         for kind in kinds
-        if (one := _formatted(answers, subject, kind)) is not None
+        if (of_subject := _formatted(answers, subject, kind)) is not None
     }
     spread = [
         {"model": answers.names[subject], "kind": kind} | row
-        for (subject, kind), one in found.items()
-        for row in _spread_rows(one, answers.formats)
+        for (subject, kind), counts in formatted.items()
+        for row in _spread_rows(counts, answers.formats)
     ]
     orders = [
         {"first": answers.names[first], "second": answers.names[second], "kind": kind} | row
         for first, second in itertools.combinations(answers.names, 2)
         for kind in kinds
-        if (first, kind) in found and (second, kind) in found
-        for row in _order_rows(found[first, kind], found[second, kind])
+        if (first, kind) in formatted and (second, kind) in formatted
+        for row in _order_rows(formatted[first, kind], formatted[second, kind])
     ]
     frame = pd.DataFrame(spread, columns=list(SPREAD))
     frame.insert(list(SPREAD).index("p") + 1, "p_holm", np.nan)
@@ -96,7 +96,7 @@ def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.D
 
 
 def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | None:
-    asked = [answers.of(subject, format=one) for one in answers.formats]
+    asked = [answers.of(subject, format=format_name) for format_name in answers.formats]
     keys = sorted(key for key in asked[0] if key.kind == kind and _is_alike(key, asked))
     if not keys:
         return None
@@ -109,14 +109,14 @@ def _is_alike(key: MomentKey, asked: Sequence[Chosen]) -> bool:
     return all(key in chosen and chosen[key].total() == asked[0][key].total() for chosen in asked)
 
 
-def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str, Any]]:
-    for choice in found.choices:
-        counts = found.of(choice)
-        shares = found.by_seed(counts / found.asked[:, None])
-        dealt = _by_seed_dealt(found, counts, stream(0, f"formats:{choice}"))
+def _spread_rows(formatted: Formatted, formats: Sequence[str]) -> Iterator[dict[str, Any]]:
+    for choice in formatted.choices:
+        counts = formatted.of(choice)
+        shares = formatted.by_seed(counts / formatted.asked[:, None])
+        dealt = _by_seed_dealt(formatted, counts, stream(0, f"formats:{choice}"))
         spread, floor = np.ptp(shares, axis=1), np.ptp(dealt, axis=2)
         overall = shares.mean(axis=0)
-        variance = estimate(shares.var(axis=1, ddof=1) - _variance_by_chance(found, counts))
+        variance = estimate(shares.var(axis=1, ddof=1) - _variance_by_chance(formatted, counts))
         ends = [variance.mean, variance.low, variance.high]
         least, greatest = int(overall.argmin()), int(overall.argmax())
         yield {
@@ -156,37 +156,40 @@ def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
     return np.stack(drawn, axis=-1)
 
 
-def _by_seed_dealt(found: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
+def _by_seed_dealt(formatted: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
     """Deal the answers of each moment to the formats at random, again and again.
 
     Return the mean share of a choice for each draw, seed and format, (draws, seeds, formats).
     """
-    shares = _dealt(counts, found.asked, rng) / found.asked[:, None]
-    return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
+    shares = _dealt(counts, formatted.asked, rng) / formatted.asked[:, None]
+    return np.moveaxis(formatted.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 
 
-def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
+def _variance_by_chance(formatted: Formatted, counts: IntArray) -> FloatArray:
     """Return for each seed how much the share of a choice would vary between formats by chance alone, (seeds,).
 
     Let k of the F n answers in a moment be a given choice, and p = k / F n. The counts in the formats are
     hypergeometric, with variance n p (1 - p) (F n - n) / (F n - 1), and a covariance of -1 / (F - 1) times this
     variance. So their sample variance has the mean n^2 F p (1 - p) / (F n - 1). The moments of a seed are independent.
     """
-    formats, asked = counts.shape[1], found.asked
+    formats, asked = counts.shape[1], formatted.asked
     share = counts.mean(axis=1) / asked
     by_moment = formats * share * (1 - share) / np.maximum(formats * asked - 1, 1)
-    _, moments = np.unique(found.seeds, return_counts=True)
-    return found.by_seed(by_moment) / moments
+    _, moments = np.unique(formatted.seeds, return_counts=True)
+    return formatted.by_seed(by_moment) / moments
 
 
 def _order_rows(first: Formatted, second: Formatted) -> Iterator[dict[str, Any]]:
     seeds = np.intersect1d(first.seeds, second.seeds)
     for choice in dict.fromkeys([*first.choices, *second.choices]):
-        pair = [(one, one.of(choice), np.isin(np.unique(one.seeds), seeds)) for one in (first, second)]
-        shares = [one.by_seed(counts / one.asked[:, None])[kept] for one, counts, kept in pair]
+        pair = [
+            (formatted, formatted.of(choice), np.isin(np.unique(formatted.seeds), seeds))
+            for formatted in (first, second)
+        ]
+        shares = [formatted.by_seed(counts / formatted.asked[:, None])[rows] for formatted, counts, rows in pair]
         difference = shares[0] - shares[1]
         rng = stream(0, f"format orders:{choice}")
-        dealt = [_by_seed_dealt(one, counts, rng)[:, kept] for one, counts, kept in pair]
+        dealt = [_by_seed_dealt(formatted, counts, rng)[:, rows] for formatted, counts, rows in pair]
         null = (dealt[0] - dealt[1]).mean(axis=1)
         over_seeds, each = (
             estimate(difference.mean(axis=1), -1.0, 1.0),

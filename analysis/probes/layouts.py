@@ -27,11 +27,11 @@ class Layout:
     def table(self, name: str, frame: pd.DataFrame) -> Table:
         """Convert a table of numbers to a short table of texts."""
         numbers = [figure for figure in self.figures if figure not in (*self.ends, "p_holm")]
-        told = told_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
+        rows = told_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
                          self.ends)  # fmt: skip
         columns = (*self.labels, *self.figures)
         heads = tuple("p (Holm)" if column == "p_holm" else column.replace("_", " ") for column in columns)
-        return Table(name, self.caption, heads, tuple(tuple(str(row[column]) for column in columns) for row in told),
+        return Table(name, self.caption, heads, tuple(tuple(str(row[column]) for column in columns) for row in rows),
                      labels=len(self.labels))  # fmt: skip
 
 

@@ -99,8 +99,8 @@ class Family:
         rows = [self.rows(frame) for frame in frames]
         p = [frame["p"].to_numpy(dtype=np.float64)[own] for frame, own in zip(frames, rows, strict=True)]
         ends = np.cumsum([len(own) for own in p])[:-1]
-        found = np.split(holm(np.concatenate(p)), ends) if self.is_given else map(holm, p)
-        for frame, own, adjusted in zip(frames, rows, found, strict=True):
+        corrected = np.split(holm(np.concatenate(p)), ends) if self.is_given else map(holm, p)
+        for frame, own, adjusted in zip(frames, rows, corrected, strict=True):
             frame.loc[own, "p_holm"] = adjusted
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
@@ -140,7 +140,7 @@ def declared_probe(
     edits = [config["world"]["edit"] for config in configs]
     edited = list(dict.fromkeys(edit["name"] for edit in edits if edit["name"] != NONE and not edit.get("moves")))
     family = Family.named(names, subjects, edited)
-    pairs = [{"first": one, "second": other} for one, other in itertools.combinations(subjects.values(), 2)]
+    pairs = [{"first": first, "second": other} for first, other in itertools.combinations(subjects.values(), 2)]
     changes = [{"model": model, "edit": edit} for model in subjects.values() for edit in edited]
     counts = {"pairs of models": sum(map(family.holds, pairs)), "edits": sum(map(family.holds, changes))}
     tests = {what: count for what, count in counts.items() if count}
@@ -174,10 +174,10 @@ def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, 
     """
     if late := made_late(folder):
         return None, [late]
-    found = plan_alone(folder, asked=bool(asked))
-    if found is None:
+    plan_and_hash = plan_alone(folder, asked=bool(asked))
+    if plan_and_hash is None:
         return None, []
-    declared, sha256 = found
+    declared, sha256 = plan_and_hash
     names, looks = tuple(measure.name for measure in declared.measures), tuple(look.seeds for look in declared.looks)
     plan = Plan(names, frozenset(), looks, tuple(declared.seeds), reached=1, known=declared.known)
     return Held(declared, sha256, plan, tuple(_differences(declared, folder))), []

@@ -53,7 +53,7 @@ def _curves(quantity: str, rows: pd.DataFrame, models: Sequence[str]) -> Picture
     panels = [
         (
             f"{kind}: {choice}",
-            [_curve(str(model), one, index[str(model)]) for model, one in mine.groupby("model", sort=False)],
+            [_curve(str(model), points, index[str(model)]) for model, points in mine.groupby("model", sort=False)],
         )
         for (kind, choice), mine in by_choice.items()
         if (kind, choice) in shown

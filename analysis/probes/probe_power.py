@@ -37,14 +37,14 @@ def probe_power(
     check_wanted(difference, target)
     answers = narrowed(read_answers(folder.runs()), strata_of(folder.moments_file), chosen)
     family = Family.of(names, answers)
-    found = [
+    blocks = [
         named(about) | {"differences": compared.excesses()}
         for about, compared in (*compared_pairs(answers), *compared_edits(answers))
         if family.holds(about)
     ]
-    if not found:
+    if not blocks:
         return pd.DataFrame(columns=list(COLUMNS))
-    frame = pd.DataFrame(found).assign(declared=True)
+    frame = pd.DataFrame(blocks).assign(declared=True)
     excesses = frame["differences"]
     frame["n_pairs"] = excesses.map(len)
     frame["observed"] = excesses.map(lambda own: own.mean() if len(own) else np.nan)

@@ -102,7 +102,7 @@ class ProbeAnalysis:
             counted(moments["model"].nunique(), "model"),
             f"{counted(len(moments[list(_MOMENT)].drop_duplicates()), 'moment')} of "
             f"{counted(moments['seed'].nunique(), 'seed')}",
-            *(f"{counted(found, what)}" for what in ("edit", "format") if (found := moments[what].nunique() - 1) > 0),
+            *(f"{counted(number, what)}" for what in ("edit", "format") if (number := moments[what].nunique() - 1) > 0),
         ]
         return f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
 
@@ -110,18 +110,18 @@ class ProbeAnalysis:
         """Return the command that declares these comparisons for other moments; "" if only formats are compared."""
         rows = self.contrasts[self.contrasts["measure"].isin(measures)].to_dict("records")
         asked = SweepFolder.open(folder).sweep.asked[1:]
-        seeds = [int(one.partition("=")[2]) for one in asked if one.startswith("moments_seed=")]
-        kept = [one for one in asked if one.partition("=")[0] not in _NOT_AGAIN]
+        seeds = [int(argument.partition("=")[2]) for argument in asked if argument.startswith("moments_seed=")]
+        arguments = [argument for argument in asked if argument.partition("=")[0] not in _NOT_AGAIN]
         names = dict.fromkeys(name for row in rows for name in _declares(row))
         family = [part for name in names for part in ("--family", name)]
         if not family:
             return ""
-        return shlex.join(["foundry", "preregister", *kept, f"moments_seed={max(seeds, default=0) + 1}", *family])
+        return shlex.join(["foundry", "preregister", *arguments, f"moments_seed={max(seeds, default=0) + 1}", *family])
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
         """Return the last lines of the analysis on a terminal; see `analysis.paper.ending`."""
         (folder,) = folders
-        told = Told(
+        results = Told(
             contrasts=self.contrasts,
             sides=self.sides,
             notes=self.notes,
@@ -132,7 +132,7 @@ class ProbeAnalysis:
             alone=self.alone,
             one_sided=True,
         )
-        return ending(told, width, printed)
+        return ending(results, width, printed)
 
 
 def analyze_probe(
@@ -183,7 +183,7 @@ def analyze_probe(
     known = held.plan.known if held else ""
     ensure_writable(folder.analysis_dir)
     chosen.write(folder.analysis_dir, answers.count, every.count, "answers")
-    found = ProbeAnalysis(
+    analysis = ProbeAnalysis(
         path=folder.analysis_dir,
         frames=frames,
         contrasts=contrasts_of(frames, declared, planned=held is not None, known=known),
@@ -193,26 +193,29 @@ def analyze_probe(
         planned=held is not None,
         filtered=filtered,
     )
-    return _written(found, plots=plots)
+    return _written(analysis, plots=plots)
 
 
-def _written(found: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
-    frames = found.every_frame
+def _written(analysis: ProbeAnalysis, *, plots: bool) -> ProbeAnalysis:
+    frames = analysis.every_frame
     short = {
-        "contrasts": replace(contrast_table(found.contrasts), caption=CAPTION),
+        "contrasts": replace(contrast_table(analysis.contrasts), caption=CAPTION),
         **{name: layout.table(name, frames[name]) for name, layout in LAYOUTS.items()},
     }
     files: list[Path] = []
     for name, frame in frames.items():
         if name in short:
-            files += write_table(found.path, short[name], frame, found.filtered)
+            files += write_table(analysis.path, short[name], frame, analysis.filtered)
         else:
-            files += write_numbers(found.path / name, frame, found.filtered)
-    for picture in pictures_of(found.frames, found.contrasts) if plots else ():
-        files += write(draw(picture, "svg", "png"), found.path / "plots")
-    files += [write_findings(found.path, found.findings), write_summary(found.path, found.summary, found.notes)]
+            files += write_numbers(analysis.path / name, frame, analysis.filtered)
+    for picture in pictures_of(analysis.frames, analysis.contrasts) if plots else ():
+        files += write(draw(picture, "svg", "png"), analysis.path / "plots")
+    files += [
+        write_findings(analysis.path, analysis.findings),
+        write_summary(analysis.path, analysis.summary, analysis.notes),
+    ]
     tables = tuple(table for table in short.values() if table.rows)
-    return replace(found, tables=tables, written=tuple(files))
+    return replace(analysis, tables=tables, written=tuple(files))
 
 
 class _Elsewhere:
@@ -247,7 +250,10 @@ def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
     for compared in pairs:
         for key, apart in compared.moments.items():
             by_moment.setdefault(key, []).append(apart)
-    sums = {key: np.sum([(one.distance, one.floor) for one in found], axis=0) for key, found in by_moment.items()}
+    sums = {
+        key: np.sum([(distance.distance, distance.floor) for distance in distances], axis=0)
+        for key, distances in by_moment.items()
+    }
     means = {key: Apart(float(gap[0]) / len(pairs), float(gap[1]) / len(pairs), np.nan) for key, gap in sums.items()}
     order = sorted(means, key=lambda key: (-means[key].excess, -means[key].distance, key))
     return {key: means[key] for key in order[:MOST_SHOWN]}
@@ -261,7 +267,7 @@ def _notes(answers: Answers) -> Sequence[str]:
         notes.append(f"{answers.missing} runs are incomplete, and their moments are missing")
     if answers.told:
         asked = sum(map(len, answers.chosen.values()))
-        error = max(one.error for one in answers.told.values())
+        error = max(choices.error for choices in answers.told.values())
         notes.append(
             f"{len(answers.told):,} of {asked:,} sets of choices come from the probabilities of one reply, with an "
             f"error of at most {error:.2f}, and {asked - len(answers.told):,} from repeats"

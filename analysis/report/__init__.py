@@ -50,14 +50,14 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
     from analysis.report.material import gather
 
     check_out(out)
-    found = gather(dirs, **options)
-    path = found.sweeps[0].report_file_of(len(found.sweeps)) if out is None else out
-    folder = found.analysis.path / "plots"
-    write_page(path, render(found, path.resolve().parent, folder))
-    missing = {member.folder.id for member in found.members if not member.complete and not member.shown.baseline}
-    unfinished = tuple(sweep for sweep in found.sweeps if any(run.id in missing for run in sweep.runs()))
-    complete = sum(member.complete for member in found.members)
-    return Report(path, len(found.members), complete, folder, unfinished)
+    material = gather(dirs, **options)
+    path = material.sweeps[0].report_file_of(len(material.sweeps)) if out is None else out
+    folder = material.analysis.path / "plots"
+    write_page(path, render(material, path.resolve().parent, folder))
+    missing = {member.folder.id for member in material.members if not member.complete and not member.shown.baseline}
+    unfinished = tuple(sweep for sweep in material.sweeps if any(run.id in missing for run in sweep.runs()))
+    complete = sum(member.complete for member in material.members)
+    return Report(path, len(material.members), complete, folder, unfinished)
 
 
 def check_out(out: Path | None) -> None:
@@ -77,14 +77,14 @@ def write_page(path: Path, page: str) -> None:
         ) from error
 
 
-def render(found: Material, base: Path, folder: Path) -> str:
+def render(material: Material, base: Path, folder: Path) -> str:
     """Return the page as HTML, with links relative to its folder `base`; write its pictures into `folder`."""
     from analysis.report.templating import rendered
 
-    return rendered("report.html", _content(found, base, folder))
+    return rendered("report.html", _content(material, base, folder))
 
 
-def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
+def _content(material: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.figures.pictures import fingerprint_picture
     from analysis.paper.methods import bibtex, methods
     from analysis.report import cards, limits, overview, provenance, sections
@@ -94,51 +94,51 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.tables.thresholds import thresholds_table
     from analysis.validation.known_values import validation_table
 
-    names = [sweep.path.resolve().name for sweep in found.sweeps]
-    differing = provenance.world_differences(found.sweeps)
-    known = validation_table(found.analysis.validation)
-    chances = equal_chances_table(found.analysis.equal_chances)
-    prevailing = thresholds_table(found.analysis.thresholds)
-    fingerprint = filter(None, [fingerprint_picture(found.analysis.fingerprint)])
+    names = [sweep.path.resolve().name for sweep in material.sweeps]
+    differing = provenance.world_differences(material.sweeps)
+    known = validation_table(material.analysis.validation)
+    chances = equal_chances_table(material.analysis.equal_chances)
+    prevailing = thresholds_table(material.analysis.thresholds)
+    fingerprint = filter(None, [fingerprint_picture(material.analysis.fingerprint)])
     return {
         "title": ", ".join(names),
-        "facts": overview.facts(found),
-        "warnings": overview.warnings(found),
-        "cards": cards.cards(found, base),
+        "facts": overview.facts(material),
+        "warnings": overview.warnings(material),
+        "cards": cards.cards(material, base),
         "width": cards.WIDTH,
-        "overview": overview.matrix(found),
-        "claims": overview.claims(found),
-        "asked": provenance.commands_of(found.sweeps),
+        "overview": overview.matrix(material),
+        "claims": overview.claims(material),
+        "asked": provenance.commands_of(material.sweeps),
         "worlds": grid("Settings that differ between the worlds of the sweeps.", ("setting", *names), differing)
         if differing
         else None,
         "several": len(names) > 1,
-        "summary": found.analysis.summary,
-        "limits": limits.limits(found),
-        "models": provenance.models_grid(found),
-        "versions": provenance.versions_grid(found),
-        "canaries": provenance.canary_grid(found),
-        "determinism": provenance.determinism_grid((*found.sweeps, *found.beside)),
-        "costs": provenance.cost_grid(found),
-        "period": provenance.period(found),
-        "configs": provenance.configs(found),
-        "ledger": provenance.ledger_grid(found),
-        "failures": provenance.failures_grid(found, base),
-        "runs": provenance.runs_grid(found, base),
-        "comparison": sections.comparison_grid(found),
-        "values": sections.values_grid(found, base),
-        "contrasts": sections.contrast_grids(found),
+        "summary": material.analysis.summary,
+        "limits": limits.limits(material),
+        "models": provenance.models_grid(material),
+        "versions": provenance.versions_grid(material),
+        "canaries": provenance.canary_grid(material),
+        "determinism": provenance.determinism_grid((*material.sweeps, *material.beside)),
+        "costs": provenance.cost_grid(material),
+        "period": provenance.period(material),
+        "configs": provenance.configs(material),
+        "ledger": provenance.ledger_grid(material),
+        "failures": provenance.failures_grid(material, base),
+        "runs": provenance.runs_grid(material, base),
+        "comparison": sections.comparison_grid(material),
+        "values": sections.values_grid(material, base),
+        "contrasts": sections.contrast_grids(material),
         "contrasted": CONTRASTED,
         "known": grid_of(known) if known.rows else None,
-        "variance": sections.variance_grid(found),
-        "energy": sections.energy_grid(found),
-        "retest": sections.retest_grid(found),
+        "variance": sections.variance_grid(material),
+        "energy": sections.energy_grid(material),
+        "retest": sections.retest_grid(material),
         "equal_chances": grid_of(chances) if chances.rows else None,
         "thresholds": grid_of(prevailing) if prevailing.rows else None,
         "fingerprint_shapes": sections.shapes(fingerprint, folder, base),
-        "world_shapes": sections.shapes(found.examples.pictures[: sections.MOST_OF_WORLDS], folder, base),
-        "run_grids": sections.run_grids(found, base),
-        "sections": sections.signature_sections(found),
-        "methods": methods(found.basis),
-        "references": bibtex(found.basis),
+        "world_shapes": sections.shapes(material.examples.pictures[: sections.MOST_OF_WORLDS], folder, base),
+        "run_grids": sections.run_grids(material, base),
+        "sections": sections.signature_sections(material),
+        "methods": methods(material.basis),
+        "references": bibtex(material.basis),
     }

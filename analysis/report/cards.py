@@ -89,15 +89,15 @@ class Card:
     compared: str = ""
 
 
-def cards(found: Material, base: Path) -> list[Card]:
+def cards(material: Material, base: Path) -> list[Card]:
     """Return the cards of the first findings, if possible of different signatures and worlds."""
     chosen: list[FindingRecord] = []
     for is_new in (_of_another_context, _of_another_signature):
-        for finding in found.analysis.findings:
+        for finding in material.analysis.findings:
             if len(chosen) < MOST_CARDS and is_new(finding, chosen):
                 chosen.append(finding)
-    chosen.sort(key=found.analysis.findings.index)
-    return [_card(found, finding, base) for finding in chosen]
+    chosen.sort(key=material.analysis.findings.index)
+    return [_card(material, finding, base) for finding in chosen]
 
 
 def _of_another_signature(finding: FindingRecord, chosen: Sequence[FindingRecord]) -> bool:
@@ -118,8 +118,8 @@ def mark(shown: Shown, name: str) -> Mark:
     return Mark(name, corners, group.paint)
 
 
-def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
-    rows = _strip(found, finding)
+def _card(material: Material, finding: FindingRecord, base: Path) -> Card:
+    rows = _strip(material, finding)
     moment = finding.moments[0] if finding.moments else None
     return Card(
         finding=finding,
@@ -129,23 +129,25 @@ def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
         where=f"No example moment: {finding.no_moments}."
         if moment is None
         else f"seed {moment.seed}, step {moment.step}, agent {moment.agent}, both runs had {moment.asked}",
-        replies=() if moment is None else _replies(found, finding, moment, base),
-        crop=Markup("") if moment is None else _crop(found, moment),
-        compared="" if moment is None else _compared(found, moment, base),
+        replies=() if moment is None else _replies(material, finding, moment, base),
+        crop=Markup("") if moment is None else _crop(material, moment),
+        compared="" if moment is None else _compared(material, moment, base),
     )
 
 
-def _compared(found: Material, moment: Moment, base: Path) -> str:
+def _compared(material: Material, moment: Moment, base: Path) -> str:
     runs = (moment.level_run, moment.reference_run)
     inside = {
-        member.folder.id for member in found.members if member.folder.path.parent.resolve() == (base / "runs").resolve()
+        member.folder.id
+        for member in material.members
+        if member.folder.path.parent.resolve() == (base / "runs").resolve()
     }
     return f"{'/'.join(runs)}?step={moment.step}&agent={moment.agent}" if inside.issuperset(runs) else ""
 
 
-def _crop(found: Material, moment: Moment) -> Markup:
+def _crop(material: Material, moment: Moment) -> Markup:
     """Return a picture of the agent's surroundings in an example moment, in which both runs had the same prompt."""
-    member = next(member for member in found.members if member.folder.id == moment.level_run)
+    member = next(member for member in material.members if member.folder.id == moment.level_run)
     whole = measurable(member.folder, member.summary)
     if whole is None or whole.form.crop is None:
         return Markup("")
@@ -159,12 +161,12 @@ def tested(finding: FindingRecord) -> str:
     return f"p{equals_p(finding.p)}, corrected for {counted(finding.family, 'test')}, {finding.claim}"
 
 
-def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
-    compared = found.analysis.compared
-    factors = find_factors(compared.group_columns, [one.group for one in found.own])
+def _strip(material: Material, finding: FindingRecord) -> list[StripRow]:
+    compared = material.analysis.compared
+    factors = find_factors(compared.group_columns, [shown.group for shown in material.own])
     levels = [
         (shown, level)
-        for shown in found.own
+        for shown in material.own
         for factor, level, context in sides_of(compared.group_columns, shown.group, factors)
         if (factor, context) == (finding.factor, finding.context)
         and (finding.measure, shown.group) in compared.estimates
@@ -174,8 +176,8 @@ def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
         [mark(shown, _name(finding, level, names)) for shown, level in levels],
         [compared.values[shown.group][finding.measure].dropna().tolist() for shown, _ in levels],
         [
-            (one.mean, one.low, one.high)
-            for one in (compared.estimates[finding.measure, shown.group] for shown, _ in levels)
+            (estimate.mean, estimate.low, estimate.high)
+            for estimate in (compared.estimates[finding.measure, shown.group] for shown, _ in levels)
         ],
     )
 
@@ -216,8 +218,8 @@ def strip_rows(
     ]
 
 
-def _replies(found: Material, finding: FindingRecord, moment: Moment, base: Path) -> tuple[Reply, ...]:
-    runs = {member.folder.id: member for member in found.members}
+def _replies(material: Material, finding: FindingRecord, moment: Moment, base: Path) -> tuple[Reply, ...]:
+    runs = {member.folder.id: member for member in material.members}
     texts = marked(moment.level_reply, moment.reference_reply)
     names = short_names((finding.level, finding.reference))
     whose = ((finding.level, moment.level_run), (finding.reference, moment.reference_run))
@@ -251,5 +253,5 @@ def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
 
 
 def _cut(text: str, start: int) -> str:
-    kept = text[start : start + LONGEST]
-    return ("…" if start else "") + kept + ("…" if start + LONGEST < len(text) else "") if text else "(empty)"
+    start_of_text = text[start : start + LONGEST]
+    return ("…" if start else "") + start_of_text + ("…" if start + LONGEST < len(text) else "") if text else "(empty)"

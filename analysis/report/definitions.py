@@ -59,10 +59,10 @@ def _with_null(block: Block, part: Part) -> Block:
 
 def blocks(text: str) -> list[Block]:
     """Split a docstring into paragraphs and items; an item begins with `- name: `."""
-    found: list[Block] = []
+    definitions: list[Block] = []
     for paragraph in re.split(r"\n\s*\n", text.strip()):
         for part in re.split(r"\n(?=- )", paragraph):
             plain = one_line(part)
             named = _ITEM.match(plain)
-            found.append(Block(plain[named.end() :], named[1]) if named else Block(plain))
-    return found
+            definitions.append(Block(plain[named.end() :], named[1]) if named else Block(plain))
+    return definitions

@@ -30,7 +30,7 @@ class Grid:
 
 def grid(caption: str, columns: Sequence[str], rows: Iterable[Sequence[object]], labels: int = 1) -> Grid:
     """Return a table; a value that is no `Cell` is shown as text without a link."""
-    cells = (tuple(one if isinstance(one, Cell) else Cell(str(one)) for one in row) for row in rows)
+    cells = (tuple(content if isinstance(content, Cell) else Cell(str(content)) for content in row) for row in rows)
     return Grid(caption, tuple(columns), tuple(cells), labels)
 
 

@@ -11,28 +11,33 @@ from foundry.storing.standing import unread
 from foundry.storing.store import is_served
 
 
-def limits(found: Material) -> list[str]:
+def limits(material: Material) -> list[str]:
     """Return the limitations of a study, one sentence each."""
-    filtered = found.analysis.filtered
+    filtered = material.analysis.filtered
     return [
         *([f"This page covers only a part of the runs: {filtered}."] if filtered else ()),
-        *_of_unread(found),
-        *_of_numbers(found),
-        *_of_servers(found),
-        *_of_baselines(found),
-        *_of_tests(found),
-        *_of_reach(found),
-        *(note for note in found.analysis.notes if not filtered or filtered not in note),
+        *_of_unread(material),
+        *_of_numbers(material),
+        *_of_servers(material),
+        *_of_baselines(material),
+        *_of_tests(material),
+        *_of_reach(material),
+        *(note for note in material.analysis.notes if not filtered or filtered not in note),
     ]
 
 
-def _of_unread(found: Material) -> list[str]:
-    told = unread(member.folder for member in found.members)
-    return ["; ".join(line.strip() for line in one.lines()).replace(", such as;", ", such as", 1) for one in told]
+def _of_unread(material: Material) -> list[str]:
+    unreadable = unread(member.folder for member in material.members)
+    return [
+        "; ".join(line.strip() for line in of_model.lines()).replace(", such as;", ", such as", 1)
+        for of_model in unreadable
+    ]
 
 
-def _of_numbers(found: Material) -> list[str]:
-    seeds = {shown.label: len({one.seed for one in found.of(shown) if one.complete}) for shown in found.own}
+def _of_numbers(material: Material) -> list[str]:
+    seeds = {
+        shown.label: len({member.seed for member in material.of(shown) if member.complete}) for shown in material.own
+    }
     fewest = min(seeds.values(), default=0)
     if fewest < FEWEST_FOR_CLAIMS:
         return [
@@ -47,18 +52,18 @@ def _of_numbers(found: Material) -> list[str]:
     return []
 
 
-def _of_servers(found: Material) -> list[str]:
-    return [f"{one.line()}." for sweep in found.sweeps for one in told_of(sweep) if one.repeats is None]
+def _of_servers(material: Material) -> list[str]:
+    return [f"{result.line()}." for sweep in material.sweeps for result in told_of(sweep) if result.repeats is None]
 
 
-def _of_baselines(found: Material) -> list[str]:
-    if any(one.baseline for one in found.shown):
+def _of_baselines(material: Material) -> list[str]:
+    if any(shown.baseline for shown in material.shown):
         return ["Baselines are scripted policies. They are shown for comparison, and are not tested."]
     return ["The sweep has no baselines, so the report does not show which values result by chance."]
 
 
-def _of_tests(found: Material) -> list[str]:
-    undefined = _undefined(found.analysis.contrasts[found.analysis.contrasts["headline"].astype(bool)])
+def _of_tests(material: Material) -> list[str]:
+    undefined = _undefined(material.analysis.contrasts[material.analysis.contrasts["headline"].astype(bool)])
     if not undefined:
         return []
     return [f"These measures could not be compared, because they are undefined in all pairs: {joined(undefined)}."]
@@ -69,22 +74,24 @@ def _undefined(rows: pd.DataFrame) -> list[str]:
     return [str(measure) for measure, pairs in defined.items() if pairs == 0]
 
 
-def _of_reach(found: Material) -> list[str]:
-    said = [text for form in found.forms for text in form.words.limits(found.labelled_by)]
+def _of_reach(material: Material) -> list[str]:
+    said = [text for form in material.forms for text in form.words.limits(material.labelled_by)]
     said.append(
-        f"The results are valid for the {counted_names(found.members, 'world')} and the "
-        f"{counted_names(found.members, 'prompt')}; other worlds and prompts may reverse them."
+        f"The results are valid for the {counted_names(material.members, 'world')} and the "
+        f"{counted_names(material.members, 'prompt')}; other worlds and prompts may reverse them."
     )
-    unknown = _without_digest(found)
+    unknown = _without_digest(material)
     if unknown:
         said.append(f"It is unknown which weights answered for {joined(unknown)}: no digest was recorded.")
     return said
 
 
-def _without_digest(found: Material) -> list[str]:
+def _without_digest(material: Material) -> list[str]:
     known = {
-        member.summary.model for member in found.members if member.summary is not None and member.summary.model_digest
+        member.summary.model
+        for member in material.members
+        if member.summary is not None and member.summary.model_digest
     }
-    served = [member.folder.config()["model"] for member in found.members]
+    served = [member.folder.config()["model"] for member in material.members]
     names = dict.fromkeys(str(model["name"]) for model in served if is_served(model))
     return [name for name in names if name not in known]

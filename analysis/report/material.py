@@ -58,7 +58,7 @@ class Material:
     @property
     def own(self) -> list[Shown]:
         """The groups other than baselines."""
-        return [one for one in self.shown if not one.baseline]
+        return [shown for shown in self.shown if not shown.baseline]
 
     def of(self, shown: Shown) -> list[Member]:
         """Return the runs of a group."""
@@ -87,9 +87,9 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
 
 def _labellings(sweeps: Sequence[SweepFolder], labelled_by_model: bool) -> Mapping[str, Labelling]:
     """Return for each run id who labels messages as warnings; a sweep's baselines get the labeller of the sweep."""
-    found: dict[str, Labelling] = {}
+    by_run: dict[str, Labelling] = {}
     for sweep in reversed(sweeps):
         labelling = labelling_of(sweep, by_model=labelled_by_model)
         beside = [SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else []
-        found |= dict.fromkeys((run.id for one in (*beside, sweep) for run in one.runs()), labelling)
-    return found
+        by_run |= dict.fromkeys((run.id for folder in (*beside, sweep) for run in folder.runs()), labelling)
+    return by_run

@@ -24,10 +24,10 @@ MOST_GROUPS = 24
 """Maximum number of rows of the matrix."""
 
 
-def facts(found: Material) -> list[str]:
+def facts(material: Material) -> list[str]:
     """Return short texts for the first screen: compared groups, runs, cost, and whether claims were declared."""
-    own = [member for member in found.members if not member.shown.baseline]
-    compared, groups = found.analysis.compared, [shown.group for shown in found.own]
+    own = [member for member in material.members if not member.shown.baseline]
+    compared, groups = material.analysis.compared, [shown.group for shown in material.own]
     levels = {compared.group_columns[at]: len({group[at] for group in groups}) for at in telling_apart(groups)}
     sides = [counted(count, name) for name, count in levels.items() if count > 1 or name == "model"]
     sides.append(counted(len({member.seed for member in own}), "seed"))
@@ -37,13 +37,13 @@ def facts(found: Material) -> list[str]:
         " x ".join(sides) + (f" in {worlds[0]}" if len(worlds) == 1 else ""),
         f"{sum(member.complete for member in own)} of {len(own)} runs",
         f"{cost.calls:,} calls, {_short(cost.tokens)} tokens, {duration(cost.seconds)} of runs",
-        *_standing(found, own),
+        *_standing(material, own),
     ]
 
 
-def _standing(found: Material, own: Sequence[Member]) -> list[str]:
+def _standing(material: Material, own: Sequence[Member]) -> list[str]:
     """Return whether the claims were declared, with the numbers of seeds if only a part of the runs was declared."""
-    claims, planned = set(found.analysis.contrasts["claim"]), found.analysis.planned
+    claims, planned = set(material.analysis.contrasts["claim"]), material.analysis.planned
     if DECLARED not in claims or planned is None:
         return [DECLARED if DECLARED in claims else EXPLORATORY] if claims else []
     declared = {member.seed for member in own if member.folder.id in planned.declared.runs}
@@ -51,10 +51,10 @@ def _standing(found: Material, own: Sequence[Member]) -> list[str]:
     return [f"{counted(len(declared), 'seed')} declared, {len(others)} exploratory" if others else DECLARED]
 
 
-def warnings(found: Material) -> list[str]:
+def warnings(material: Material) -> list[str]:
     """Return warnings about a filter of the runs, and about models with many unreadable decisions."""
-    said = [f"Only a part of the runs is analysed: {found.analysis.filtered}"] if found.analysis.filtered else []
-    own = [member for member in found.members if not member.shown.baseline]
+    said = [f"Only a part of the runs is analysed: {material.analysis.filtered}"] if material.analysis.filtered else []
+    own = [member for member in material.members if not member.shown.baseline]
     several = len(set(map(_world, own))) > 1
     for model, members in _grouped(own, _model).items():
         shares = {
@@ -127,23 +127,23 @@ class Matrix:
     more: int
 
 
-def matrix(found: Material) -> Matrix:
+def matrix(material: Material) -> Matrix:
     """Return the matrix of models and worlds, with the readable share and the cost of each row."""
-    made = found.analysis.matrix
-    known = {shown.group: shown for shown in found.own}
+    made = material.analysis.matrix
+    known = {shown.group: shown for shown in material.own}
     heads = ("readable actions", "calls", "tokens", "time")
     return Matrix(
         caption=made.caption,
         columns=(*made.columns, *map(MatrixColumn, heads)),
         rows=tuple(
-            (mark(known[row.groups[0]], row.name), row.cells, _took(found, row)) for row in made.rows[:MOST_GROUPS]
+            (mark(known[row.groups[0]], row.name), row.cells, _took(material, row)) for row in made.rows[:MOST_GROUPS]
         ),
         more=max(0, len(made.rows) - MOST_GROUPS),
     )
 
 
-def _took(found: Material, row: MatrixRow) -> tuple[str, ...]:
-    mine = [member for member in found.members if member.shown.group in row.groups and not member.shown.baseline]
+def _took(material: Material, row: MatrixRow) -> tuple[str, ...]:
+    mine = [member for member in material.members if member.shown.group in row.groups and not member.shown.baseline]
     decisions, unreadable = _decisions(mine)
     cost = _cost(mine)
     readable = percent(1 - unreadable / decisions) if decisions else "not counted"
@@ -159,29 +159,31 @@ class Claims:
     cost: str
 
 
-def claims(found: Material) -> Claims:
+def claims(material: Material) -> Claims:
     """Return the possible claims about the declared measures."""
-    contrasts = found.analysis.contrasts
+    contrasts = material.analysis.contrasts
     rows = contrasts[contrasts["headline"].astype(bool)].to_dict("records")
-    sentence = claimed(rows, found.analysis.findings, planned=found.analysis.planned is not None)
+    sentence = claimed(rows, material.analysis.findings, planned=material.analysis.planned is not None)
     measures = measures_to_test(findings(rows))
-    if not measures or any(finding.stands for finding in found.analysis.findings):
+    if not measures or any(finding.stands for finding in material.analysis.findings):
         return Claims(sentence, "", "")
     pairs = len({(row["level"], row["reference"], row["context"]) for row in rows})
-    own = [member for member in found.members if not member.shown.baseline]
+    own = [member for member in material.members if not member.shown.baseline]
     seeds = {member.seed for member in own}
     share = new_seeds(len(seeds), pairs, ALPHA) / len(seeds)
     cost = _cost(own)
     takes = f"about {round(share * cost.calls):,} calls, {duration(share * cost.seconds)} of runs"
-    return Claims(sentence, found.analysis.on_new_seeds([sweep.path for sweep in found.sweeps], measures, pairs), takes)
+    return Claims(
+        sentence, material.analysis.on_new_seeds([sweep.path for sweep in material.sweeps], measures, pairs), takes
+    )
 
 
-def claimed(rows: Sequence[Row], found: Sequence[FindingRecord], *, planned: bool) -> str:
+def claimed(rows: Sequence[Row], findings: Sequence[FindingRecord], *, planned: bool) -> str:
     """Return a sentence that says which claims are possible, from the declared comparisons and their findings."""
     if not rows:
         return "No groups are compared, so nothing can be claimed."
     different = sum(kind_of(row) == DIFFERENT for row in rows)
-    standing = sum(finding.stands for finding in found)
+    standing = sum(finding.stands for finding in findings)
     if standing:
         return f"You can claim {counted(standing, 'finding')}: declared before the runs, and significant."
     if not different:

@@ -40,29 +40,31 @@ def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
     The third text is the number of runs with the date; it is empty if the sweep has only one command.
     """
     return [
-        (sweep.path.resolve().name, " ".join(("foundry", *one.overrides)), _added(one) if len(history) > 1 else "")
+        (sweep.path.resolve().name, " ".join(("foundry", *asked.overrides)), _added(asked) if len(history) > 1 else "")
         for sweep in sweeps
         for history in [sweep.sweep.history]
-        for one in history
+        for asked in history
     ]
 
 
-def _added(one: Asked) -> str:
-    return f"{one.runs} runs" + (f", {one.when.partition('T')[0]}" if one.when else "")
+def _added(asked: Asked) -> str:
+    return f"{asked.runs} runs" + (f", {asked.when.partition('T')[0]}" if asked.when else "")
 
 
-def models_grid(found: Material) -> Grid:
+def models_grid(material: Material) -> Grid:
     """Return the models with their digests and settings."""
-    digests = {str(model["name"]): model for sweep in (*found.sweeps, *found.beside) for model in sweep.models}
+    digests = {str(model["name"]): model for sweep in (*material.sweeps, *material.beside) for model in sweep.models}
     rows: dict[tuple[str, ...], int] = {}
-    for member in found.members:
+    for member in material.members:
         config = member.folder.config()["model"]
         name = str(config["name"])
-        kept = {key: value for key, value in config.items() if key not in _HOW_REACHED}
-        settings = ", ".join(f"{path}={value}" for path, value in leaves(kept) if path)
+        deciding = {key: value for key, value in config.items() if key not in _HOW_REACHED}
+        settings = ", ".join(f"{path}={value}" for path, value in leaves(deciding) if path)
         known = digests.get(name, {})
         digest = _unique(
-            member.summary.model_digest for member in found.members if member.summary and member.summary.model == name
+            member.summary.model_digest
+            for member in material.members
+            if member.summary and member.summary.model == name
         )
         row = (name, digest or known.get("digest") or "none", known.get("server_version") or "-", settings)
         rows[row] = rows.get(row, 0) + 1
@@ -74,24 +76,28 @@ def _unique(values: Iterable[str | None]) -> str:
     return ", ".join(dict.fromkeys(value for value in values if value))
 
 
-def versions_grid(found: Material) -> Grid:
+def versions_grid(material: Material) -> Grid:
     """Return the software versions of the runs."""
     counted: Counter[tuple[str, str]] = Counter()
-    for member in found.members:
+    for member in material.members:
         if member.summary is not None:
-            one = member.summary
-            every = {"foundry": one.foundry_version, "Python": one.python_version, "commit": one.git_commit or "none"}
-            every["readers of replies"] = str(one.readers)
-            counted.update((every | one.packages).items())
+            summary = member.summary
+            every = {
+                "foundry": summary.foundry_version,
+                "Python": summary.python_version,
+                "commit": summary.git_commit or "none",
+            }
+            every["readers of replies"] = str(summary.readers)
+            counted.update((every | summary.packages).items())
     rows = [(name, version, runs) for (name, version), runs in counted.items()]
     return grid("Software of the runs.", ("software", "version", "runs"), rows, labels=2)
 
 
-def canary_grid(found: Material) -> Grid | None:
+def canary_grid(material: Material) -> Grid | None:
     """Return a row for each canary of a model (answers that identify its weights); None without canaries."""
     first: dict[str, Canary] = {}
     rows: Counter[tuple[str, ...]] = Counter()
-    for member in found.members:
+    for member in material.members:
         for canary in member.summary.canaries if member.summary is not None else ():
             begun = first.setdefault(canary.model, canary)
             from_first = Distance.between(begun.signs, canary.signs)
@@ -107,8 +113,8 @@ def canary_grid(found: Material) -> Grid | None:
 
 def determinism_grid(sweeps: Iterable[SweepFolder]) -> Grid | None:
     """Return a table: how often a server gave the same reply to a repeated call. None if this was not measured."""
-    told = [one for sweep in sweeps for one in told_of(sweep)]
-    rows = [(one.name, *_repeated(one.repeats)) for one in told if one.repeats is not None]
+    results = [result for sweep in sweeps for result in told_of(sweep)]
+    rows = [(result.name, *_repeated(result.repeats)) for result in results if result.repeats is not None]
     if not rows:
         return None
     columns = ("model", "texts alone", "decisions alone", "texts under load", "decisions under load", "at once", "when")
@@ -120,19 +126,19 @@ def determinism_grid(sweeps: Iterable[SweepFolder]) -> Grid | None:
     return grid(caption, columns, rows)
 
 
-def _repeated(one: Repeats) -> tuple[str, ...]:
-    scores = [str(share) for score in (one.alone, one.loaded) for share in (score.texts, score.decisions)]
-    return (*scores, str(one.at_once), one.measured[:19].replace("T", " "))
+def _repeated(repeats: Repeats) -> tuple[str, ...]:
+    scores = [str(share) for score in (repeats.alone, repeats.loaded) for share in (score.texts, score.decisions)]
+    return (*scores, str(repeats.at_once), repeats.measured[:19].replace("T", " "))
 
 
-def cost_grid(found: Material) -> Grid:
+def cost_grid(material: Material) -> Grid:
     """Return the cost of each group."""
     tokens = ("prompt tokens", "output tokens", "reused")
     columns = ("group", "calls", "from the cache", "retries", *tokens, "model s", "wall s")
-    counts, model_s, wall_s = zip(*(_cost(found.of(shown)) for shown in found.shown), strict=True)
+    counts, model_s, wall_s = zip(*(_cost(material.of(shown)) for shown in material.shown), strict=True)
     rows = [
         (shown.label, *own, *seconds)
-        for shown, own, *seconds in zip(found.shown, counts, alike(model_s), alike(wall_s), strict=True)
+        for shown, own, *seconds in zip(material.shown, counts, alike(model_s), alike(wall_s), strict=True)
     ]
     caption = (
         "Calls, tokens and seconds of each group, including failed runs. The model seconds of a cached answer "
@@ -153,38 +159,38 @@ def _cost(mine: Sequence[Member]) -> tuple[tuple[str, ...], float, float]:
     reused = reused_share(counts)
     timed = [count.model_s for count in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
-    told = (*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}")
-    return told, model_s, sum(summary.duration_s for summary in summaries)
+    cells = (*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}")
+    return cells, model_s, sum(summary.duration_s for summary in summaries)
 
 
-def configs(found: Material) -> list[tuple[str, str]]:
+def configs(material: Material) -> list[tuple[str, str]]:
     """Return, for every condition, its swept settings, and a text with one line for each of all its settings."""
     return [
         (
             ", ".join(f"{key}={value}" for key, value in condition.factors.items()) or "the only condition",
             "\n".join(f"{path}={value}" for path, value in leaves(condition.config)),
         )
-        for sweep in (*found.sweeps, *found.beside)
+        for sweep in (*material.sweeps, *material.beside)
         for condition in sweep.sweep.conditions
     ]
 
 
-def ledger_grid(found: Material) -> Grid:
+def ledger_grid(material: Material) -> Grid:
     """Return the number of runs of each group by status, such as complete or failed, and its unreadable decisions."""
-    rows = [_ledger(shown, found.of(shown)) for shown in found.shown]
+    rows = [_ledger(shown, material.of(shown)) for shown in material.shown]
     columns = ("group", "runs", "complete", "failed", "missing", "decisions", "unreadable", "unreadable (share)")
     return grid("Runs of each group by status, and the unreadable decisions of these runs.", columns, rows)
 
 
 def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
-    complete, failed = sum(one.complete for one in mine), sum(one.failed for one in mine)
-    decisions, unreadable = sum(one.decisions for one in mine), sum(one.unreadable for one in mine)
+    complete, failed = sum(member.complete for member in mine), sum(member.failed for member in mine)
+    decisions, unreadable = sum(member.decisions for member in mine), sum(member.unreadable for member in mine)
     share = percent(unreadable / decisions) if decisions else "-"
     counts = (len(mine), complete, failed, len(mine) - complete - failed, decisions, unreadable)
     return (shown.label, *(f"{count:,}" for count in counts), share)
 
 
-def failures_grid(found: Material, base: Path) -> Grid | None:
+def failures_grid(material: Material, base: Path) -> Grid | None:
     """Return the failed runs with the causes; None if no run failed."""
     rows = [
         (
@@ -195,7 +201,7 @@ def failures_grid(found: Material, base: Path) -> Grid | None:
             member.summary.error_type or "",
             member.summary.error or "",
         )
-        for member in found.members
+        for member in material.members
         if member.failed and member.summary is not None
     ]
     if not rows:
@@ -204,19 +210,19 @@ def failures_grid(found: Material, base: Path) -> Grid | None:
     return grid("Failed runs, and why they failed.", columns, rows, labels=2)
 
 
-def runs_grid(found: Material, base: Path) -> Grid:
+def runs_grid(material: Material, base: Path) -> Grid:
     """Return a row for every run: status, counts, time, and the place of its first unreadable decision."""
-    wall_s = alike([math.nan if member.summary is None else member.summary.duration_s for member in found.members])
+    wall_s = alike([math.nan if member.summary is None else member.summary.duration_s for member in material.members])
     rows = [
-        (link(member, base), member.shown.label, *_run(member, found), seconds)
-        for member, seconds in zip(found.members, wall_s, strict=True)
+        (link(member, base), member.shown.label, *_run(member, material), seconds)
+        for member, seconds in zip(material.members, wall_s, strict=True)
     ]
     columns = ("run", "group", "seed", "status", "calls", "decisions", "unreadable", "first unreadable", "wall s")
     return grid("Every run. The id of a run links to its folder.", columns, rows, labels=2)
 
 
-def _run(member: Member, found: Material) -> tuple[str, ...]:
-    doubt = found.examples.doubts.get(member.folder.id)
+def _run(member: Member, material: Material) -> tuple[str, ...]:
+    doubt = material.examples.doubts.get(member.folder.id)
     summary = member.summary
     return (
         str(member.seed),
@@ -228,9 +234,9 @@ def _run(member: Member, found: Material) -> tuple[str, ...]:
     )
 
 
-def period(found: Material) -> str:
+def period(material: Material) -> str:
     """Return the start of the first run and the end of the last run, as text."""
-    summaries = [member.summary for member in found.members if member.summary is not None]
+    summaries = [member.summary for member in material.members if member.summary is not None]
     if not summaries:
         return "no run has ended"
     first, last = (
@@ -242,15 +248,15 @@ def period(found: Material) -> str:
 
 def world_differences(sweeps: Sequence[SweepFolder]) -> list[tuple[str, ...]]:
     """Return a row for each setting that differs between the worlds: its path, then its values in each sweep."""
-    found = [_world_values(sweep) for sweep in sweeps]
-    paths = dict.fromkeys(path for values in found for path in values)
-    differing = [path for path in paths if len({tuple(values.get(path, ())) for values in found}) > 1]
-    return [(path, *(" or ".join(values.get(path, ["none"])) for values in found)) for path in differing]
+    by_sweep = [_world_values(sweep) for sweep in sweeps]
+    paths = dict.fromkeys(path for values in by_sweep for path in values)
+    differing = [path for path in paths if len({tuple(values.get(path, ())) for values in by_sweep}) > 1]
+    return [(path, *(" or ".join(values.get(path, ["none"])) for values in by_sweep)) for path in differing]
 
 
 def _world_values(sweep: SweepFolder) -> dict[str, list[str]]:
-    found: dict[str, set[str]] = {}
+    values: dict[str, set[str]] = {}
     for condition in sweep.sweep.conditions:
         for path, value in leaves(condition.config["world"]):
-            found.setdefault(path, set()).add(value)
-    return {path: sorted(values) for path, values in found.items()}
+            values.setdefault(path, set()).add(value)
+    return {path: sorted(values) for path, values in values.items()}

@@ -84,10 +84,10 @@ def shape(drawn: Drawn) -> Shape:
     return Shape(picture.name, picture.title, picture.caption, says, svg, source if dense else "")
 
 
-def signature_sections(found: Material) -> list[Section]:
+def signature_sections(material: Material) -> list[Section]:
     """Return a section for every signature that any run has, declared signatures first."""
-    columns = [(signature, _columns(found.analysis.runs, signature.name)) for signature in discover()]
-    every = [_section(found, signature, kept) for signature, kept in columns if kept]
+    columns = [(signature, _columns(material.analysis.runs, signature.name)) for signature in discover()]
+    every = [_section(material, signature, measures) for signature, measures in columns if measures]
     return sorted(every, key=lambda section: not section.declared)
 
 
@@ -101,62 +101,63 @@ def _differs(runs: pd.DataFrame, name: str) -> bool:
     whole = name.removesuffix(READABLE_SUFFIX)
     if whole not in runs:
         return True
-    one, other = (runs[column].to_numpy(dtype=np.float64) for column in (name, whole))
-    return not np.allclose(one, other, rtol=0, atol=_ROUNDING, equal_nan=True)
+    readable, other = (runs[column].to_numpy(dtype=np.float64) for column in (name, whole))
+    return not np.allclose(readable, other, rtol=0, atol=_ROUNDING, equal_nan=True)
 
 
-def _section(found: Material, signature: Signature, columns: Sequence[str]) -> Section:
-    compared, name = found.analysis.compared, signature.name
+def _section(material: Material, signature: Signature, columns: Sequence[str]) -> Section:
+    compared, name = material.analysis.compared, signature.name
     headline = compared.headlines.get(name, [])
     return Section(
         name=name,
-        declared=any(measure.startswith(f"{name}.") for measure in found.analysis.declared),
-        definitions=tuple(definitions(signature, found.forms)),
-        headline=_headline(found, headline, name) if headline else None,
-        means=_means(found, columns, name),
+        declared=any(measure.startswith(f"{name}.") for measure in material.analysis.declared),
+        definitions=tuple(definitions(signature, material.forms)),
+        headline=_headline(material, headline, name) if headline else None,
+        means=_means(material, columns, name),
     )
 
 
-def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
+def _headline(material: Material, measures: Sequence[str], name: str) -> Grid:
     shown = measures[:MOST_COLUMNS]
     more = f" The table below has {len(measures) - len(shown)} further measures." if len(shown) < len(measures) else ""
     caption = f"{name}: mean over seeds with its 95 % interval.{more}"
-    return _by_group(found, shown, [measure.partition(".")[2] for measure in shown], caption)
+    return _by_group(material, shown, [measure.partition(".")[2] for measure in shown], caption)
 
 
-def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
-    compared = found.analysis.compared
-    seeds = [len(compared.values[one.group]) for one in found.shown]
+def _by_group(material: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
+    compared = material.analysis.compared
+    seeds = [len(compared.values[shown.group]) for shown in material.shown]
     columns = [
-        mean_cells([compared.estimates.get((measure, of.group)) for of in found.shown], seeds) for measure in measures
+        mean_cells([compared.estimates.get((measure, of.group)) for of in material.shown], seeds)
+        for measure in measures
     ]
-    labels = [one.label + (" (baseline)" if one.baseline else "") for one in found.shown]
+    labels = [shown.label + (" (baseline)" if shown.baseline else "") for shown in material.shown]
     return grid(caption, ("group", *heads), list(zip(labels, *columns, strict=True)))
 
 
-def comparison_grid(found: Material) -> Grid:
+def comparison_grid(material: Material) -> Grid:
     """Return the headline measures of all groups."""
-    measures = shown_measures(found.analysis.compared)
-    return _by_group(found, measures, measures, COMPARED)
+    measures = shown_measures(material.analysis.compared)
+    return _by_group(material, measures, measures, COMPARED)
 
 
-def contrast_grids(found: Material) -> list[Grid]:
+def contrast_grids(material: Material) -> list[Grid]:
     """Return the differences in the tested measures, one table per measure."""
-    return [grid_of(table) for table in contrast_tables(found.analysis.contrasts)]
+    return [grid_of(table) for table in contrast_tables(material.analysis.contrasts)]
 
 
-def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
-    heads = [f"{column.partition('.')[2]}: {found.analysis.compared.describe(column).label}" for column in columns]
+def _means(material: Material, columns: Sequence[str], name: str) -> Grid:
+    heads = [f"{column.partition('.')[2]}: {material.analysis.compared.describe(column).label}" for column in columns]
     caption = f"All measures of {name}: mean over seeds with its 95 % interval. n is given if some seeds have no value."
-    return _by_group(found, columns, heads, caption)
+    return _by_group(material, columns, heads, caption)
 
 
-def values_grid(found: Material, base: Path) -> Grid:
+def values_grid(material: Material, base: Path) -> Grid:
     """Return the tested measures of every complete run, with equal decimals in each column."""
-    columns = [name for name in found.analysis.declared if name in found.analysis.runs]
-    kept = [index for index, member in enumerate(found.members) if member.complete]
-    values = found.analysis.runs[columns].to_numpy(dtype=np.float64)[kept]
-    members = [found.members[index] for index in kept]
+    columns = [name for name in material.analysis.declared if name in material.analysis.runs]
+    complete = [index for index, member in enumerate(material.members) if member.complete]
+    values = material.analysis.runs[columns].to_numpy(dtype=np.float64)[complete]
+    members = [material.members[index] for index in complete]
     names = [
         [link(member, base) for member in members],
         [member.shown.label for member in members],
@@ -167,10 +168,10 @@ def values_grid(found: Material, base: Path) -> Grid:
     return grid(caption, ("run", "group", "seed", *columns), list(zip(*cells, strict=True)), labels=2)
 
 
-def variance_grid(found: Material) -> Grid | None:
+def variance_grid(material: Material) -> Grid | None:
     """Return which share of each headline measure's variation comes from each setting and the seed, or None."""
-    headline = [name for names in found.analysis.compared.headlines.values() for name in names]
-    rows = found.analysis.variance[found.analysis.variance["measure"].isin(headline)]
+    headline = [name for names in material.analysis.compared.headlines.values() for name in names]
+    rows = material.analysis.variance[material.analysis.variance["measure"].isin(headline)]
     components = list(dict.fromkeys(rows["component"]))
     if len(components) < 3 or rows["share"].isna().all():
         return None
@@ -184,9 +185,9 @@ def variance_grid(found: Material) -> Grid | None:
     return grid(caption, ("measure", *components), cells)
 
 
-def energy_grid(found: Material) -> Grid | None:
+def energy_grid(material: Material) -> Grid | None:
     """Return the energy distances between groups; None if nothing is compared."""
-    rows = told_rows(found.analysis.fingerprint.energy, ("statistic",))
+    rows = told_rows(material.analysis.fingerprint.energy, ("statistic",))
     if not rows:
         return None
     cells = [
@@ -206,9 +207,9 @@ def energy_grid(found: Material) -> Grid | None:
     return grid(caption, ("first", "second", "seeds", "distance", "p (Holm)"), cells, labels=2)
 
 
-def retest_grid(found: Material) -> Grid | None:
+def retest_grid(material: Material) -> Grid | None:
     """Return how often models answered equal prompts equally; None if no prompt was sampled again."""
-    frame = found.analysis.retest
+    frame = material.analysis.retest
     if not len(frame):
         return None
     columns = [alike(frame[name].tolist()) if frame[name].dtype.kind == "f" else frame[name] for name in frame.columns]
@@ -217,9 +218,9 @@ def retest_grid(found: Material) -> Grid | None:
     return grid(caption, [str(name) for name in frame.columns], rows)
 
 
-def run_grids(found: Material, base: Path) -> list[tuple[str, Grid]]:
+def run_grids(material: Material, base: Path) -> list[tuple[str, Grid]]:
     """Return the titles and tables of single runs that the forms provide; the id of a run links to its folder."""
-    by_run = {member.folder.id: member for member in found.members}
+    by_run = {member.folder.id: member for member in material.members}
     return [
         (
             table.title,
@@ -230,5 +231,5 @@ def run_grids(found: Material, base: Path) -> list[tuple[str, Grid]]:
                 labels=table.labels,
             ),
         )
-        for table in found.examples.tables
+        for table in material.examples.tables
     ]

@@ -68,8 +68,8 @@ class RoundsFigures:
         by_group = self._curves[kind, label]
         for shown in (one for one in order if one in by_group):
             values = _stacked(by_group[shown])
-            found = estimates(values, *(np.full(len(values), bound) for bound in self._bounds(kind)))
-            yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
+            means = estimates(values, *(np.full(len(values), bound) for bound in self._bounds(kind)))
+            yield Curve(shown.label, means.mean, means.low, means.high, values.shape[1], shown.index, shown.baseline)
 
     def _bounds(self, kind: str) -> tuple[float, float]:
         known = self._actions[kind]
@@ -105,7 +105,7 @@ def _mean(curves: dict[Shown, list[FloatArray]]) -> float:
 
 def _stacked(curves: Sequence[FloatArray]) -> FloatArray:
     """Return curves as columns, (T, runs); after the end of a shorter run, values are NaN."""
-    found = np.full((max(map(len, curves)), len(curves)), np.nan)
+    stacked = np.full((max(map(len, curves)), len(curves)), np.nan)
     for place, curve in enumerate(curves):
-        found[: len(curve), place] = curve
-    return found
+        stacked[: len(curve), place] = curve
+    return stacked

@@ -53,8 +53,8 @@ class RoundsRun(AnyRun):
         known = self.declared.actions[kind]
         places = {label: place for place, label in enumerate(known.labels)}
         idle = places.get(str(known.idle), NONE)
-        found = [places.get(label, idle) for label in self.action.tolist()]
-        return self.placed(kind, np.array(found, dtype=np.int64), fill=NONE)
+        choices = [places.get(label, idle) for label in self.action.tolist()]
+        return self.placed(kind, np.array(choices, dtype=np.int64), fill=NONE)
 
     def numbers(self, kind: str) -> FloatArray:
         """Return the decided numbers, (T, N); an unreadable decision counts as the idle number, if any, else NaN."""
@@ -75,8 +75,8 @@ class RoundsRun(AnyRun):
         total = counts.sum(axis=1)
         chosen = [(counts & (choices == place)).sum(axis=1) for place in range(len(self.declared.actions[kind].labels))]
         return {
-            label: np.divide(one, total, out=np.full(self.steps, np.nan), where=total > 0)
-            for label, one in zip(self.declared.actions[kind].labels, chosen, strict=True)
+            label: np.divide(share, total, out=np.full(self.steps, np.nan), where=total > 0)
+            for label, share in zip(self.declared.actions[kind].labels, chosen, strict=True)
         }
 
     def means(self, kind: str) -> FloatArray:
@@ -84,13 +84,13 @@ class RoundsRun(AnyRun):
         numbers = np.where(self.counts(kind), self.numbers(kind), np.nan)
         known = ~np.isnan(numbers)
         total = known.sum(axis=1)
-        found: FloatArray = np.full(self.steps, np.nan)
-        np.divide(np.nansum(numbers, axis=1), total, out=found, where=total > 0)
-        return found
+        means: FloatArray = np.full(self.steps, np.nan)
+        np.divide(np.nansum(numbers, axis=1), total, out=means, where=total > 0)
+        return means
 
     def placed(self, kind: str, values: Values, *, fill: float) -> Values:
         """Arrange values of decisions, (K,), by round and agent, (T, N); agents that were not asked get `fill`."""
         own = self.kind == kind
-        found = np.full((self.steps, self.agents), fill, dtype=values.dtype)
-        found[self.step[own] - 1, self.agent[own]] = values[own]
-        return found
+        placed = np.full((self.steps, self.agents), fill, dtype=values.dtype)
+        placed[self.step[own] - 1, self.agent[own]] = values[own]
+        return placed

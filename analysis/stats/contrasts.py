@@ -61,10 +61,10 @@ def contrasts(
     asked = _Asked(declared, margins, plan, alpha, servers)
     blocks = [_row_by_row(values, paired, asked) for paired in pair_up(values)]
     frame = pd.concat([rows for rows, _ in blocks], ignore_index=True)
-    found = Estimates.joined([estimated for _, estimated in blocks])
+    all_estimates = Estimates.joined([estimated for _, estimated in blocks])
     frame = frame.assign(**_over_families(frame, alpha))
     frame = frame.assign(out_of_reach=_out_of_reach(frame, plan, alpha))
-    return frame.assign(note=_notes(frame, found, asked.plan))[list(COLUMNS)]
+    return frame.assign(note=_notes(frame, all_estimates, asked.plan))[list(COLUMNS)]
 
 
 @dataclass(frozen=True)
@@ -124,12 +124,12 @@ def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.D
     seen = paired if plan is None else paired.where(plan.until(values, look))
     latest = paired if plan is None else paired.where(plan.until(values, np.where(look > 0, plan.reached, 0)))
     frame = frame.assign(n_latest=_count(latest), later=_later(seen, paired))
-    found = seen.estimates()
+    row_estimates = seen.estimates()
     margin = frame["margin"].to_numpy(dtype=np.float64)
     within = np.where(np.isnan(margin), np.nan, are_within(seen.difference, margin).sum(axis=1))
-    frame = frame.assign(n_within=within, **_sizes(seen, found))
+    frame = frame.assign(n_within=within, **_sizes(seen, row_estimates))
     low, high = bounds(seen)
-    return frame.assign(**_effects(seen, found), bound_low=low, bound_high=high), found
+    return frame.assign(**_effects(seen, row_estimates), bound_low=low, bound_high=high), row_estimates
 
 
 def _count(paired: Paired) -> IntArray:
@@ -146,18 +146,18 @@ def _later(seen: Paired, paired: Paired) -> list[str]:
     return list(texts)
 
 
-def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
+def _sizes(paired: Paired, estimated: Estimates) -> dict[str, Any]:
     both = ~np.isnan(paired.difference)
     return {
-        "n_pairs": found.n,
+        "n_pairs": estimated.n,
         "n_missing": paired.missing.sum(axis=1),
         "n_undefined": paired.undefined.sum(axis=1),
         "mean_level": mean_where(paired.level, both),
         "mean_reference": mean_where(paired.reference, both),
-        "difference": found.mean,
-        "low": found.low,
-        "high": found.high,
-        "interval": found.interval,
+        "difference": estimated.mean,
+        "low": estimated.low,
+        "high": estimated.high,
+        "interval": estimated.interval,
     }
 
 
@@ -179,15 +179,15 @@ def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
             rates[own & explored & some] = benjamini_hochberg(p[own & explored & some])
         is_test = ~np.isnan(p_claim[family])
         size[family], pairs[family] = np.count_nonzero(is_test), len(np.unique(pair[family][is_test]))
-    found = {"p_adjusted": adjusted, "family": size, "pairs": pairs, "significant": adjusted <= alpha, "p_bh": rates}
-    return {**found, "p_equivalence_holm": same, "equivalent": same <= alpha}
+    columns = {"p_adjusted": adjusted, "family": size, "pairs": pairs, "significant": adjusted <= alpha, "p_bh": rates}
+    return {**columns, "p_equivalence_holm": same, "equivalent": same <= alpha}
 
 
-def _effects(paired: Paired, found: Estimates) -> dict[str, Any]:
-    g_z, above = np.full(len(found.n), np.nan), np.full(len(found.n), np.nan)
-    for rows, kept in by_count(paired.difference):
-        g_z[rows] = hedges_g_z(found.mean[rows], found.sd[rows], kept.shape[1])
-        above[rows] = superiority(kept)
+def _effects(paired: Paired, estimated: Estimates) -> dict[str, Any]:
+    g_z, above = np.full(len(estimated.n), np.nan), np.full(len(estimated.n), np.nan)
+    for rows, differences in by_count(paired.difference):
+        g_z[rows] = hedges_g_z(estimated.mean[rows], estimated.sd[rows], differences.shape[1])
+        above[rows] = superiority(differences)
     return {"g_z": g_z, "superiority": above}
 
 
@@ -224,7 +224,10 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
     is_open = (frame["family"] > 0) & frame["p"].notna() & ~frame["significant"]
     pair = pair_of(frame).where(is_open)
     left = pair.groupby(frame["factor"]).transform("nunique").where(is_open, 0).astype(int)
-    strictest = {one: alpha / one if plan is None else plan.levels(alpha / one)[plan.reached] for one in {*left} - {0}}
+    strictest = {
+        pairs_left: alpha / pairs_left if plan is None else plan.levels(alpha / pairs_left)[plan.reached]
+        for pairs_left in {*left} - {0}
+    }
     columns = (frame["n_latest"], frame["pairs"], left, frame["look"])
     return [
         f"no p can reach {alpha:g} with {seeds} seeds among {counted(pairs, 'pair')}"
@@ -235,7 +238,7 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
     ]
 
 
-def _notes(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[str]:
+def _notes(frame: pd.DataFrame, estimated: Estimates, plan: Plan | None) -> list[str]:
     known = plan.known if plan else ""
     columns = (
         frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")
@@ -256,6 +259,6 @@ def _notes(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[str
             if part
         )
         for note, n, missing, undefined, unreachable, later, beyond, servers, claim in zip(
-            found.note, found.n, *columns, strict=True
+            estimated.note, estimated.n, *columns, strict=True
         )
     ]

@@ -40,22 +40,22 @@ class Pair:
 def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
     """Return the factors: the columns, other than seeds, in which groups differ."""
     frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
-    found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
-    return tuple(factor for factor in found if len(factor.levels) > 1)
+    factors = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
+    return tuple(factor for factor in factors if len(factor.levels) > 1)
 
 
 def swept(values: SeedValues) -> tuple[Factor, ...]:
     """Return the factors of the groups that are not baselines."""
-    kept = [group for group, baseline in zip(values.groups, values.baseline, strict=True) if not baseline]
-    return find_factors(values.columns, kept)
+    groups = [group for group, baseline in zip(values.groups, values.baseline, strict=True) if not baseline]
+    return find_factors(values.columns, groups)
 
 
 def pairs(values: SeedValues) -> list[Pair]:
     """Return all pairs of groups that differ in only one factor; then each group with each baseline."""
     factors = swept(values)
     own = [index for index, baseline in enumerate(values.baseline) if not baseline]
-    found = [pair for factor in factors for pair in _pairs_of(values, factor, factors, own)]
-    return [*found, *_with_baselines(values, factors, own)]
+    all_pairs = [pair for factor in factors for pair in _pairs_of(values, factor, factors, own)]
+    return [*all_pairs, *_with_baselines(values, factors, own)]
 
 
 def _pairs_of(values: SeedValues, factor: Factor, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:

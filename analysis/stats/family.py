@@ -14,7 +14,7 @@ NO_BEHAVIOUR = frozenset({"cost"})
 
 
 def _claimed() -> list[Signature]:
-    return [one for one in discover() if one.primary and one.name not in NO_BEHAVIOUR]
+    return [signature for signature in discover() if signature.primary and signature.name not in NO_BEHAVIOUR]
 
 
 def are_apart(measures: Sequence[str]) -> BoolArray:
@@ -22,7 +22,7 @@ def are_apart(measures: Sequence[str]) -> BoolArray:
 
     These measures form a family of their own, so that they do not change the corrected p of other measures.
     """
-    names = {one.name for one in discover() if not one.primary}
+    names = {signature.name for signature in discover() if not signature.primary}
     return np.array([name.partition(".")[0] in names for name in measures], dtype=np.bool_)
 
 
@@ -70,7 +70,7 @@ def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, 
 
 def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
     """Return the headline measures of all signatures except cost, over all decisions and without denominators."""
-    shown = [one.headline_columns(measures) for one in _claimed()]
+    shown = [signature.headline_columns(measures) for signature in _claimed()]
     return tuple(dict.fromkeys(name for columns in shown for name in columns if not is_denominator(name)))
 
 

@@ -63,16 +63,16 @@ def fingerprint(
     complete = np.asarray(values.complete[own].all(axis=0))
     cells = values.values[own][:, complete][:, :, select(values.measures, chosen)]
     names = [name for name in values.measures if name in chosen]
-    kept, dropped = _usable(
+    usable, dropped = _usable(
         cells, names, comparable_measures(values, ~values.baseline)[select(values.measures, chosen)]
     )
-    scaled = _standardised(cells[:, :, kept])
+    scaled = _standardised(cells[:, :, usable])
     merges = _merges(scaled.mean(axis=1)[None]) if len(scaled) > 1 and scaled.size else None
     return Fingerprint(
         levels=levels,
-        measures=tuple(np.array(names, dtype=object)[kept]),
+        measures=tuple(np.array(names, dtype=object)[usable]),
         seeds=tuple(np.array(values.seeds)[complete].tolist()),
-        z=_means(scaled, levels, [names[index] for index in kept]),
+        z=_means(scaled, levels, [names[index] for index in usable]),
         linkage=None if merges is None else merges.linkage[0],
         support=np.zeros(0) if merges is None else _support(scaled, merges.joined[0]),
         energy=_energy(scaled, levels),

@@ -35,10 +35,10 @@ def widened(differences: FloatArray, added: FloatArray) -> FloatArray:
     Then every test and interval over seeds includes the uncertainty of the copies.
     """
     rows = np.flatnonzero(added > 0)
-    found = differences.copy()
+    wide = differences.copy()
     for row in rows:
         own = differences[row][~np.isnan(differences[row])]
         variance = float(own.var(ddof=1)) / len(own) if len(own) > 1 else 0.0
         if variance > 0:
-            found[row] = own.mean() + (differences[row] - own.mean()) * np.sqrt(1 + added[row] / variance)
-    return found
+            wide[row] = own.mean() + (differences[row] - own.mean()) * np.sqrt(1 + added[row] / variance)
+    return wide

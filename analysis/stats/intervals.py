@@ -130,16 +130,16 @@ def estimates(
     rows = len(values)
     mean, sd, lower, upper = (np.full(rows, np.nan) for _ in range(4))
     count = (~np.isnan(values)).sum(axis=1)
-    found = Estimates(count, mean, sd, lower, upper, _texts(rows, NO_INTERVAL), _texts(rows, NO_VALUE))
-    for chosen, kept in by_count(values):
-        found.mean[chosen] = kept.mean(axis=1)
-        found.note[chosen] = ONE_VALUE
-        if kept.shape[1] > 1:
+    filled = Estimates(count, mean, sd, lower, upper, _texts(rows, NO_INTERVAL), _texts(rows, NO_VALUE))
+    for chosen, present in by_count(values):
+        filled.mean[chosen] = present.mean(axis=1)
+        filled.note[chosen] = ONE_VALUE
+        if present.shape[1] > 1:
             outcome = np.zeros(len(chosen), dtype=bool) if binary is None else binary[chosen]
-            _fill(found, chosen, kept, outcome, beside_sign_flips, level)
-    np.copyto(found.low, np.maximum(found.low, low))
-    np.copyto(found.high, np.minimum(found.high, high))
-    return found
+            _fill(filled, chosen, present, outcome, beside_sign_flips, level)
+    np.copyto(filled.low, np.maximum(filled.low, low))
+    np.copyto(filled.high, np.minimum(filled.high, high))
+    return filled
 
 
 def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatArray]]:
@@ -148,9 +148,9 @@ def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatAr
     counts = defined.sum(axis=1)
     for n in np.unique(counts[counts > 0]):
         chosen = np.flatnonzero(counts == n)
-        kept = values[chosen]
+        present = values[chosen]
         whole = n == values.shape[1]
-        yield chosen, np.ascontiguousarray(kept) if whole else kept[defined[chosen]].reshape(len(chosen), n)
+        yield chosen, np.ascontiguousarray(present) if whole else present[defined[chosen]].reshape(len(chosen), n)
 
 
 def varies(values: FloatArray) -> BoolArray:
@@ -236,55 +236,55 @@ def _resamples(n: int) -> FloatArray:
 
 
 def _fill(
-    found: Estimates,
+    filled: Estimates,
     rows: npt.NDArray[np.intp],
-    kept: FloatArray,
+    present: FloatArray,
     outcome: BoolArray,
     beside_sign_flips: bool,
     level: float,
 ) -> None:
     """Compute standard deviation, interval and note of the given rows (k,), from n > 1 values per row, (k, n)."""
-    n = kept.shape[1]
+    n = present.shape[1]
     few = FEW if n < FEWEST_FOR_CLAIMS else ""
-    vary = varies(kept)
-    found.sd[rows] = np.where(vary, np.concatenate([part.std(axis=1, ddof=1) for part in _parts(kept)]), 0.0)
-    found.note[rows] = np.where(vary | outcome, few, "; ".join(filter(None, (NO_VARIATION, few)))).astype(object)
+    vary = varies(present)
+    filled.sd[rows] = np.where(vary, np.concatenate([part.std(axis=1, ddof=1) for part in _parts(present)]), 0.0)
+    filled.note[rows] = np.where(vary | outcome, few, "; ".join(filter(None, (NO_VARIATION, few)))).astype(object)
     if beside_sign_flips and n >= FEWEST_FOR_CLAIMS:
-        _set(found, rows, vary, sign_flip_interval(kept, level), SIGN_FLIP)
+        _set(filled, rows, vary, sign_flip_interval(present, level), SIGN_FLIP)
         return
-    half = student_quantile(n - 1, level) * found.sd[rows] / math.sqrt(n)
-    _set(found, rows, vary & ~outcome, (found.mean[rows] - half, found.mean[rows] + half), STUDENT)
+    half = student_quantile(n - 1, level) * filled.sd[rows] / math.sqrt(n)
+    _set(filled, rows, vary & ~outcome, (filled.mean[rows] - half, filled.mean[rows] + half), STUDENT)
     if outcome.any():
-        _set(found, rows[outcome], outcome[outcome], wilson(found.mean[rows[outcome]], n, level), WILSON)
+        _set(filled, rows[outcome], outcome[outcome], wilson(filled.mean[rows[outcome]], n, level), WILSON)
     if n >= FEWEST_FOR_BOOTSTRAP:
-        _use_bootstrap(found, rows, kept, vary & ~outcome, level)
+        _use_bootstrap(filled, rows, present, vary & ~outcome, level)
 
 
 def _use_bootstrap(
-    found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray, level: float
+    filled: Estimates, rows: npt.NDArray[np.intp], present: FloatArray, vary: BoolArray, level: float
 ) -> None:
     """Widen the intervals of skewed rows: a row gets the outer ends of Student's interval and of the bootstrap-t.
 
     The bootstrap-t alone is too narrow if many values are equal.
     """
     able = np.flatnonzero(vary)
-    skewed = np.concatenate([part[np.abs(skewness(kept[part])) > SKEWED] for part in _parts(able)] or [able])
-    ends = [np.array(bootstrap_t(kept[part], level)) for part in _parts(skewed)]
+    skewed = np.concatenate([part[np.abs(skewness(present[part])) > SKEWED] for part in _parts(able)] or [able])
+    ends = [np.array(bootstrap_t(present[part], level)) for part in _parts(skewed)]
     low, high = np.concatenate(ends or [np.zeros((2, 0))], axis=1)
     finite = np.isfinite(low) & np.isfinite(high)
-    low, high = np.minimum(low, found.low[rows[skewed]]), np.maximum(high, found.high[rows[skewed]])
-    _set(found, rows[skewed], finite, (low, high), BOOTSTRAP_T)
+    low, high = np.minimum(low, filled.low[rows[skewed]]), np.maximum(high, filled.high[rows[skewed]])
+    _set(filled, rows[skewed], finite, (low, high), BOOTSTRAP_T)
 
 
 def _set(
-    found: Estimates,
+    filled: Estimates,
     rows: npt.NDArray[np.intp],
     chosen: BoolArray,
     ends: tuple[FloatArray, FloatArray],
     interval: str,
 ) -> None:
-    found.low[rows[chosen]], found.high[rows[chosen]] = ends[0][chosen], ends[1][chosen]
-    found.interval[rows[chosen]] = interval
+    filled.low[rows[chosen]], filled.high[rows[chosen]] = ends[0][chosen], ends[1][chosen]
+    filled.interval[rows[chosen]] = interval
 
 
 def _texts(count: int, text: str) -> npt.NDArray[np.object_]:

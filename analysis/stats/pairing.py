@@ -83,18 +83,18 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
     Worlds that ask different questions are compared only by measures of their own form, since other measures count all
     questions together. All rows of a pair are in the same block. At least one block is yielded, perhaps without rows.
     """
-    found = pairs(values)
-    sides = np.array([(one.level, one.reference) for one in found], dtype=np.intp).reshape(-1, 2).T
-    pair, measure = np.nonzero(values.present[sides[0]] & values.present[sides[1]] & _comparable(values, found))
+    all_pairs = pairs(values)
+    sides = np.array([(pair.level, pair.reference) for pair in all_pairs], dtype=np.intp).reshape(-1, 2).T
+    pair, measure = np.nonzero(values.present[sides[0]] & values.present[sides[1]] & _comparable(values, all_pairs))
     described = [describe(name) for name in values.measures]
-    low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
+    low, high = (np.array([getattr(measure, end) for measure in described]) for end in ("low", "high"))
     together = max(1, _VALUES_AT_ONCE // (len(values.seeds) * max(1, len(values.measures))))
-    for first in range(0, max(len(found), 1), together):
+    for first in range(0, max(len(all_pairs), 1), together):
         start, end = np.searchsorted(pair, (first, first + together))
         own, of = pair[start:end], measure[start:end]
         (level, reference), missing, undefined = _sides(values, sides[:, own], of)
         yield Paired(
-            pair=tuple(found[index] for index in own),
+            pair=tuple(all_pairs[index] for index in own),
             measure=of,
             level=level,
             reference=reference,
@@ -127,17 +127,17 @@ def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
     return comparable
 
 
-def _comparable(values: SeedValues, found: Sequence[Pair]) -> BoolArray:
-    rows = [_means_the_same(values, pair.level, pair.reference) for pair in found]
-    return np.array(rows, dtype=np.bool_).reshape(len(found), len(values.measures))
+def _comparable(values: SeedValues, all_pairs: Sequence[Pair]) -> BoolArray:
+    rows = [_means_the_same(values, pair.level, pair.reference) for pair in all_pairs]
+    return np.array(rows, dtype=np.bool_).reshape(len(all_pairs), len(values.measures))
 
 
 def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
-    one, other = (values.questions[group] if values.questions else None for group in (first, second))
-    if one is None or other is None or one.are_like(other):
+    first_asked, other = (values.questions[group] if values.questions else None for group in (first, second))
+    if first_asked is None or other is None or first_asked.are_like(other):
         return np.ones(len(values.measures), dtype=np.bool_)
-    own = one.run is other.run
-    return np.array([own and is_of_form(name, one.run) for name in values.measures], dtype=np.bool_)
+    own = first_asked.run is other.run
+    return np.array([own and is_of_form(name, first_asked.run) for name in values.measures], dtype=np.bool_)
 
 
 def _sides(

@@ -113,7 +113,7 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
             tests.append(test_at_look)
             alone.append(p_at_look)
         if looks:
-            corrected = [corrected_in_pairs(one, p_alone) for one, p_alone in zip(looks, alone[1:], strict=True)]
+            corrected = [corrected_in_pairs(look, p_alone) for look, p_alone in zip(looks, alone[1:], strict=True)]
             p_claim[rows], decisive = plan.over_looks(np.array(corrected))
             same = frame.loc[rows, "p_equivalence"] <= alpha
             otherwise = np.where(same, frame.loc[rows, "look_same"], plan.reached)

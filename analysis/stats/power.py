@@ -177,9 +177,9 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
     effect = _effect(np.where(difference > 0, difference, np.nan), sd)
     levels = np.stack([np.full(len(rows), alpha), alpha / rows["family"].to_numpy(dtype=np.float64)], axis=1)
     needed = np.stack([pairs_needed(effect, level, target) for level in levels.T], axis=1)
-    found = np.where(needed <= SIMULATED[-1], SIMULATED[-1] + 1, needed)
+    seeds = np.where(needed <= SIMULATED[-1], SIMULATED[-1] + 1, needed)
     is_able, is_declared = ~np.isnan(effect), rows["declared"].to_numpy(dtype=bool)
-    is_open = (needed[:, :1] <= SIMULATED[-1]) & ~np.isnan(found)
+    is_open = (needed[:, :1] <= SIMULATED[-1]) & ~np.isnan(seeds)
     for n in SIMULATED:
         # The sign-flip test needs at least about as many seeds as the t test.
         tried = is_open.any(axis=1) & (n >= _FEWER * needed[:, 0])
@@ -188,9 +188,9 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
             reached = np.zeros_like(is_open)
             reached[simulated] = _simulated_power(rows.iloc[simulated], spread, n, alpha) >= target
             reached &= is_open & tried[:, None]
-            found[reached] = n
+            seeds[reached] = n
             is_open &= ~reached
-    return found
+    return seeds
 
 
 def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> FloatArray:
@@ -264,7 +264,7 @@ def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatA
     """
     from scipy.special import ndtri
 
-    found = np.full(len(effect), np.nan)
+    needed = np.full(len(effect), np.nan)
     # The normal approximation is a lower bound; from a few dozen pairs on it is close.
     roughly = ((ndtri(1 - level / 2) + ndtri(target)) / np.where(effect > 0, effect, np.nan)) ** 2
     able = np.flatnonzero(roughly < MOST_SEEDS)
@@ -274,8 +274,8 @@ def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatA
         middle = (low + high) // 2
         enough = paired_power(effect[able], middle, level[able]) >= target
         low, high = np.where(enough, low, np.minimum(middle + 1, high)), np.where(enough, middle, high)
-    found[able] = low
-    return found
+    needed[able] = low
+    return needed
 
 
 def paired_power(effect: FloatArray, n: IntArray, level: FloatArray) -> FloatArray:
@@ -321,11 +321,11 @@ def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | No
 
 
 def _pilot_rows(values: SeedValues, paired: Paired, primary: Sequence[str]) -> pd.DataFrame:
-    found = paired.estimates()
+    estimated = paired.estimates()
     frame = row_frame(values, paired, primary)
     frame = frame[["measure", "headline", "baseline", "factor", "level", "reference", "context"]]
-    sd = np.where(found.n > 1, found.sd, np.nan)
-    return frame.assign(n_pairs=found.n, observed=found.mean, sd=sd, differences=list(paired.difference))
+    sd = np.where(estimated.n > 1, estimated.sd, np.nan)
+    return frame.assign(n_pairs=estimated.n, observed=estimated.mean, sd=sd, differences=list(paired.difference))
 
 
 def _effect(difference: FloatArray, sd: FloatArray) -> FloatArray:
@@ -335,4 +335,4 @@ def _effect(difference: FloatArray, sd: FloatArray) -> FloatArray:
 def _notes(frame: pd.DataFrame) -> npt.NDArray[np.object_]:
     sd, difference, n = (frame[name].to_numpy(dtype=np.float64) for name in ("sd", "difference", "n_cautious"))
     causes = [(np.isnan(sd), NO_PAIRS), (sd == 0, NO_SPREAD), (difference == 0, NO_DIFFERENCE), (np.isnan(n), TOO_MANY)]
-    return np.select([found for found, _ in causes], [text for _, text in causes], default="").astype(object)
+    return np.select([cause for cause, _ in causes], [text for _, text in causes], default="").astype(object)

@@ -66,13 +66,13 @@ def levels(looks: Sequence[int], alpha: FloatArray) -> FloatArray:
     """
     from scipy.special import ndtr
 
-    found = np.empty((len(looks), len(alpha)))
+    alphas = np.empty((len(looks), len(alpha)))
     sums = _Sums(np.zeros((len(alpha), 1)), np.ones((len(alpha), 1)))
     for row, added in enumerate(np.diff(looks, prepend=0).tolist()):
         bound = _bound(sums, added**0.5, alpha * added / looks[-1], 40.0 * looks[row] ** 0.5)
-        found[row] = 2 * ndtr(-bound / looks[row] ** 0.5)
+        alphas[row] = 2 * ndtr(-bound / looks[row] ** 0.5)
         sums = sums.within(bound, added**0.5)
-    return found
+    return alphas
 
 
 def _bound(sums: _Sums, spread: float, chance: FloatArray, high: float) -> FloatArray:
@@ -98,13 +98,13 @@ def sequential_p(looks: Sequence[int], p: FloatArray) -> FloatArray:
     from scipy.interpolate import PchipInterpolator
 
     error, level = _table(tuple(looks))
-    found = np.ones(p.shape[1])
+    overall = np.ones(p.shape[1])
     for row, at in zip(p, level, strict=False):
         inside = row <= at[-1]
         back = PchipInterpolator(np.log(at), np.log(error), extrapolate=False)
         own = np.exp(back(np.log(np.maximum(row[inside], at[0]))))
-        found[inside] = np.minimum(found[inside], own)
-    return found
+        overall[inside] = np.minimum(overall[inside], own)
+    return overall
 
 
 @lru_cache(maxsize=8)

@@ -28,12 +28,12 @@ def with_looks(plan: pd.DataFrame, looks: Sequence[int], alpha: float = ALPHA) -
     They are NaN if there is no difference to find, or no spread.
     """
     columns = ("power", "seeds", "power_cautious", "seeds_cautious")
-    found = pd.DataFrame(np.nan, index=plan.index, columns=list(columns))
+    shares = pd.DataFrame(np.nan, index=plan.index, columns=list(columns))
     able = plan[(plan["sd"] > 0) & (plan["difference"] > 0)]
     for _, rows in able.groupby(list(PAIR), sort=False):
         for spread, names in (("sd", columns[:2]), ("sd_high", columns[2:])):
-            found.loc[rows.index, list(names)] = _at_looks(rows, spread, looks, alpha)
-    return plan.join(found)
+            shares.loc[rows.index, list(names)] = _at_looks(rows, spread, looks, alpha)
+    return plan.join(shares)
 
 
 def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: float) -> FloatArray:
@@ -41,11 +41,11 @@ def _at_looks(rows: pd.DataFrame, spread: str, looks: Sequence[int], alpha: floa
     by_look = levels(looks, np.array([alpha / int(rows["pairs"].iloc[0])]))[:, 0]
     drawn = seeds_drawn(rows, spread, looks[-1], rng)
     declared = rows["declared"].to_numpy(dtype=bool)
-    found = np.stack(
+    shares = np.stack(
         [simulated_p(drawn[..., :n], declared, level, rng)[1] <= level for n, level in zip(looks, by_look, strict=True)]
     )
-    ended = np.where(found.any(axis=0), sizes[found.argmax(axis=0)], sizes[-1])
-    return np.stack([found.any(axis=0).mean(axis=0), ended.mean(axis=0)], axis=1)
+    ended = np.where(shares.any(axis=0), sizes[shares.argmax(axis=0)], sizes[-1])
+    return np.stack([shares.any(axis=0).mean(axis=0), ended.mean(axis=0)], axis=1)
 
 
 @lru_cache(maxsize=32)

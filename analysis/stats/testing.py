@@ -39,19 +39,19 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
     """Return the test of each row, or the reason why there is none (R,), and its two-sided p or NaN (R,)."""
     test = np.full(len(paired.pair), _NO_PAIR, dtype=object)
     p = np.full(len(test), np.nan)
-    for rows, kept in by_count(paired.difference):
+    for rows, differences in by_count(paired.difference):
         test[rows] = _FEW_PAIRS
-        if kept.shape[1] >= FEWEST_FOR_CLAIMS:
+        if differences.shape[1] >= FEWEST_FOR_CLAIMS:
             size = np.fmax(np.abs(paired.level[rows]), np.abs(paired.reference[rows]))
-            differ = (np.abs(kept) > _ROUNDING * np.fmax(np.nanmax(size, axis=1), 1.0)[:, None]).any(axis=1)
+            differ = (np.abs(differences) > _ROUNDING * np.fmax(np.nanmax(size, axis=1), 1.0)[:, None]).any(axis=1)
             test[rows] = np.where(differ, SIGN_FLIP, _EQUAL)
-            p[rows[differ]] = sign_flip_p(kept[differ])
+            p[rows[differ]] = sign_flip_p(differences[differ])
     return test, p
 
 
 def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
     """Correct the p value of each row, (R,), for the number of tests of its pair of groups; NaN stays NaN."""
-    found = np.full(len(p), np.nan)
+    corrected = np.full(len(p), np.nan)
     rows_by_pair: dict[Pair, list[int]] = {}
     for row in np.flatnonzero(~np.isnan(p)).tolist():
         rows_by_pair.setdefault(paired.pair[row], []).append(row)
@@ -59,8 +59,8 @@ def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
     for rows in rows_by_pair.values():
         own = differences[rows]
         # Drawn signs may give a p below the p of the row alone, which draws its signs for fewer seeds.
-        found[rows] = np.maximum(step_down_p(own[:, ~np.isnan(own).all(axis=0)]), p[rows])
-    return found
+        corrected[rows] = np.maximum(step_down_p(own[:, ~np.isnan(own).all(axis=0)]), p[rows])
+    return corrected
 
 
 def p_of_row(p_of: Callable[[FloatArray], FloatArray], values: FloatArray) -> float:

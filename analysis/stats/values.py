@@ -98,9 +98,9 @@ def is_baseline(frame: pd.DataFrame) -> BoolArray:
 def _any(
     group: npt.NDArray[np.int64], seed: npt.NDArray[np.int64], shape: tuple[int, int], chosen: BoolArray
 ) -> BoolArray:
-    found = np.zeros(shape, dtype=bool)
-    found[group[chosen], seed[chosen]] = True
-    return found
+    is_any = np.zeros(shape, dtype=bool)
+    is_any[group[chosen], seed[chosen]] = True
+    return is_any
 
 
 def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
@@ -116,10 +116,10 @@ def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[in
 
 def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:
     """Return which measures any of the chosen runs has (M,); all of them if no chosen run is complete."""
-    found = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
-    if found <= {FAILURE_RATE}:
+    names_present = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
+    if names_present <= {FAILURE_RATE}:
         return np.ones(len(table.measures), dtype=bool)
-    return np.array([name in found for name in table.measures], dtype=bool)
+    return np.array([name in names_present for name in table.measures], dtype=bool)
 
 
 def select(names: Sequence[str], chosen: Sequence[str]) -> BoolArray:

@@ -86,19 +86,19 @@ def _settled(variance: FloatArray) -> FloatArray:
 
 def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cells]:
     own = ~values.baseline
-    found = values.values[own].reshape(-1, len(values.measures))
+    mine = values.values[own].reshape(-1, len(values.measures))
     groups = [group for group, mine in zip(values.groups, own, strict=True) for _ in values.seeds if mine]
     labels = {name: np.array([group[index] for group in groups]) for index, name in enumerate(values.columns)}
     labels[SEED] = np.tile(np.array(values.seeds), int(own.sum()))
-    patterns, which = np.unique(~np.isnan(found), axis=1, return_inverse=True)
+    patterns, which = np.unique(~np.isnan(mine), axis=1, return_inverse=True)
     for index, pattern in enumerate(patterns.T):
         if pattern.any():
             levels = {name: np.unique(labels[name][pattern], return_inverse=True)[1] for name in components}
             alike = np.flatnonzero(which == index)
             for start in range(0, len(alike), _AT_ONCE):
                 measures = alike[start : start + _AT_ONCE]
-                kept = found[:, measures][pattern]
-                yield _Cells(measures, levels, kept - kept.mean(axis=0))
+                rows_present = mine[:, measures][pattern]
+                yield _Cells(measures, levels, rows_present - rows_present.mean(axis=0))
 
 
 def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
@@ -168,12 +168,12 @@ class _Fit:
         design = np.hstack([np.zeros((size, 0)), *(np.eye(int(levels.max()) + 1)[levels] for levels in others)])
         design = design - (_sums(design, absorbed, len(counts)) / counts[:, None])[absorbed]
         weights, vectors = np.linalg.eigh(design.T @ design)
-        kept = weights > _RANK * size
-        inverse = (vectors[:, kept] / weights[kept]) @ vectors[:, kept].T
+        is_estimable = weights > _RANK * size
+        inverse = (vectors[:, is_estimable] / weights[is_estimable]) @ vectors[:, is_estimable].T
         moments = design.T @ cells.values
         explained = (_sums(cells.values, absorbed, len(counts)) ** 2 / counts[:, None]).sum(axis=0)
         explained += ((inverse @ moments) * moments).sum(axis=0)
-        return cls(len(counts) + int(kept.sum()), explained, absorbed, counts, design, inverse)
+        return cls(len(counts) + int(is_estimable.sum()), explained, absorbed, counts, design, inverse)
 
     def explained_of(self, levels: Levels) -> float:
         """Return trace(Z' P Z) for one component of the variance.

@@ -88,7 +88,7 @@ def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Compar
 
 def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estimates:
     described = [describe(name) for name in values.measures]
-    low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
+    low, high = (np.array([getattr(measure, end) for measure in described]) for end in ("low", "high"))
     outcome = are_outcomes(values.values)
     # A group's mean is a difference from 0, so copies with drawn labels add to its variance in the same way.
     added = np.array(

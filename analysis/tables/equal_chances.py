@@ -63,11 +63,13 @@ def _families(compared: Comparison) -> Iterator[tuple[str, list[str]]]:
     """Yield each set of measures that exclude each other, such as the shares of names: common name, and columns."""
     present = list(dict.fromkeys(measure for measure, _ in compared.estimates))
     for signature in discover():
-        mine = [one for one in present if one.startswith(f"{signature.name}.")]
+        mine = [name for name in present if name.startswith(f"{signature.name}.")]
         for pattern in (name for name, measure in signature.measures.items() if measure.exclusive):
             start = f"{signature.name}.{pattern.removesuffix('*')}"
             columns = [
-                one for one in mine if one.startswith(start) and not signature.is_readable_only(one.partition(".")[2])
+                name
+                for name in mine
+                if name.startswith(start) and not signature.is_readable_only(name.partition(".")[2])
             ]
             if columns:
                 yield f"{signature.name}.{pattern}", columns
@@ -76,7 +78,9 @@ def _families(compared: Comparison) -> Iterator[tuple[str, list[str]]]:
 def _row(family: str, columns: list[str], group: Group, compared: Comparison) -> dict[str, Any]:
     counts = compared.values[group][columns].dropna().sum()
     start = family.removesuffix("*")
-    came = counts[counts > 0].sort_values(ascending=False, kind="stable").rename(lambda one: one.removeprefix(start))
+    came = (
+        counts[counts > 0].sort_values(ascending=False, kind="stable").rename(lambda label: label.removeprefix(start))
+    )
     n = round(float(counts.sum()))
     statistic, p = uniform_p(counts.to_numpy(dtype=np.float64))
     return {
@@ -114,5 +118,5 @@ def uniform_p(counts: FloatArray) -> tuple[float, float]:
 def _drawn_statistics(n: int, k: int) -> FloatArray:
     """Return Pearson's chi-square of simulated samples of n runs with k outcomes, (DRAWS,)."""
     drawn = seeding.stream(0, "equal chances").multinomial(n, np.full(k, 1 / k), size=DRAWS)
-    found: FloatArray = ((drawn - n / k) ** 2).sum(axis=1) / (n / k)
-    return found
+    statistics: FloatArray = ((drawn - n / k) ** 2).sum(axis=1) / (n / k)
+    return statistics

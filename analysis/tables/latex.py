@@ -97,9 +97,11 @@ def _without_constants(table: Table) -> Table:
     constant = [index for index in range(1, last + 1) if len({row[index] for row in table.rows}) == 1]
     if set(range(table.labels, last + 1)) <= set(constant):
         constant.remove(last)  # a table has numbers
-    told = "; ".join(f"{table.columns[index]}: {table.rows[0][index]}" for index in constant if table.rows[0][index])
+    constants = "; ".join(
+        f"{table.columns[index]}: {table.rows[0][index]}" for index in constant if table.rows[0][index]
+    )
     shorter = of_columns(table, [index for index in range(last + 1) if index not in constant])
-    return replace(shorter, caption=f"{table.caption} In every row: {told}.") if told else shorter
+    return replace(shorter, caption=f"{table.caption} In every row: {constants}.") if constants else shorter
 
 
 def _blocks(table: Table) -> Iterator[Table]:

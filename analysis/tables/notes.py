@@ -53,7 +53,9 @@ def _of_runs(table: SignatureTable, compared: Comparison, differences: pd.DataFr
 
 def _incomparable(table: SignatureTable) -> list[str]:
     pairs = combinations(dict.fromkeys(table.questions), 2)
-    apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
+    apart = {
+        name for questions, other in pairs if not questions.are_like(other) for name in (questions.world, other.world)
+    }
     why = "general measures are not compared between worlds that ask different questions"
     return [f"{why}: {joined(sorted(apart))}"] if apart else []
 
@@ -91,8 +93,8 @@ def out_of_reach(differences: pd.DataFrame) -> list[str]:
 def _looks(differences: pd.DataFrame) -> list[str]:
     rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
     said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ )?undeclared look[^;]*)")
-    found = said[0].dropna()
-    return [f"{found.iloc[-1]}; foundry preregister declares looks before the runs"] if len(found) else []
+    looks = said[0].dropna()
+    return [f"{looks.iloc[-1]}; foundry preregister declares looks before the runs"] if len(looks) else []
 
 
 def _without_decisions(table: SignatureTable) -> list[str]:

@@ -81,17 +81,17 @@ def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:
 def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], measures: Sequence[str]) -> FloatArray:
     column = {name: index for index, name in enumerate(measures)}
     columns = {names: [column[name] for name in names] for names in kinds}
-    found = np.full((len(results), len(measures)), np.nan)
-    for row, result in zip(found, results, strict=True):
+    numbers = np.full((len(results), len(measures)), np.nan)
+    for row, result in zip(numbers, results, strict=True):
         row[columns[result.measures.names]] = result.measures.array
-    return found
+    return numbers
 
 
 def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
     """Return all measures in the order of their first appearance; measures of one signature stand together."""
-    found = list(dict.fromkeys(name for names in kinds for name in names))
-    order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
-    return sorted(found, key=lambda name: order[name.partition(".")[0]])
+    names = list(dict.fromkeys(name for names in kinds for name in names))
+    order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in names))}
+    return sorted(names, key=lambda name: order[name.partition(".")[0]])
 
 
 def factor_value(result: RunResult, key: str) -> Any:

@@ -81,8 +81,8 @@ def _contrast_rows(contrasts: pd.DataFrame) -> list[tuple[str, ...]]:
     measures = set(contrasts.loc[family, "measure"])
     others = contrasts["baseline"].astype(bool) & contrasts["measure"].isin(measures)
     shown = pd.concat([contrasts[family], contrasts[others]])
-    told = told_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
-    return [_contrast_row(row) for row in told]
+    rows = told_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
+    return [_contrast_row(row) for row in rows]
 
 
 def _contrast_table(caption: str, rows: Sequence[tuple[str, ...]]) -> Table:
@@ -93,12 +93,12 @@ def _contrast_table(caption: str, rows: Sequence[tuple[str, ...]]) -> Table:
 
 def without_empty(table: Table) -> Table:
     """Leave out each column of names (not numbers) that is empty in every row."""
-    kept = [
+    columns = [
         index
         for index in range(len(table.columns))
         if index >= table.labels or not table.rows or any(row[index] for row in table.rows)
     ]
-    return of_columns(table, kept)
+    return of_columns(table, columns)
 
 
 def _contrast_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
@@ -126,25 +126,30 @@ def claim_of(row: Mapping[Any, Any]) -> str:
     )
 
 
-def mean_cell(found: Estimate | None, seeds: int) -> str:
+def mean_cell(estimate: Estimate | None, seeds: int) -> str:
     """Return a mean with its interval, and with n if some of the `seeds` have no value; "" without an estimate."""
-    if found is None:
+    if estimate is None:
         return ""
-    return with_interval(found.mean, found.low, found.high) + (f" n={found.n}" if 0 < found.n < seeds else "")
+    return with_interval(estimate.mean, estimate.low, estimate.high) + (
+        f" n={estimate.n}" if 0 < estimate.n < seeds else ""
+    )
 
 
-def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[str]:
+def mean_cells(estimates: Sequence[Estimate | None], seeds: Sequence[int]) -> list[str]:
     """Return means with intervals and equal decimals, and with n if some seeds have no value; None becomes ""."""
-    known = [one for one in found if one]
-    texts = iter(with_intervals([(one.mean, one.low, one.high) for one in known]))
-    fewer = [f" n={one.n}" if one and 0 < one.n < asked else "" for one, asked in zip(found, seeds, strict=True)]
-    return ["" if one is None else next(texts) + count for one, count in zip(found, fewer, strict=True)]
+    known = [estimate for estimate in estimates if estimate]
+    texts = iter(with_intervals([(estimate.mean, estimate.low, estimate.high) for estimate in known]))
+    fewer = [
+        f" n={estimate.n}" if estimate and 0 < estimate.n < asked else ""
+        for estimate, asked in zip(estimates, seeds, strict=True)
+    ]
+    return ["" if estimate is None else next(texts) + count for estimate, count in zip(estimates, fewer, strict=True)]
 
 
-def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
+def with_intervals(intervals: Sequence[tuple[float, float, float]]) -> list[str]:
     """Return numbers with their intervals (if not NaN), all with the same number of decimals."""
-    texts = iter(alike([value for one in found for value in one]))
-    rows = [(next(texts), next(texts), next(texts)) for _ in found]
+    texts = iter(alike([value for interval in intervals for value in interval]))
+    rows = [(next(texts), next(texts), next(texts)) for _ in intervals]
     return [mean + ("" if low == "-" else f" [{low}, {high}]") for mean, low, high in rows]
 
 
@@ -182,8 +187,8 @@ def alike(values: Sequence[float]) -> list[str]:
 
     def text(value: float) -> str:
         rounded = f"{value:.{decimals}f}"
-        kept = math.isfinite(value) and (float(rounded) != 0 or abs(value) <= _ROUNDING)
-        return rounded.removeprefix("-") if kept and float(rounded) == 0 else rounded if kept else number(value)
+        is_shown = math.isfinite(value) and (float(rounded) != 0 or abs(value) <= _ROUNDING)
+        return rounded.removeprefix("-") if is_shown and float(rounded) == 0 else rounded if is_shown else number(value)
 
     return [text(value) for value in values]
 

@@ -76,12 +76,12 @@ def _said(row: Mapping[Any, Any]) -> str:
 
 
 def _settings(compared: Comparison) -> dict[str, int]:
-    found = {}
+    numbers = {}
     for at, name in enumerate(compared.group_columns):
         values = {group[at] for group in compared.groups if group not in compared.baselines}
         if len(values) >= FEWEST_VALUES and all(map(_is_number, values)):
-            found[name] = at
-    return found
+            numbers[name] = at
+    return numbers
 
 
 def _is_number(text: str) -> bool:
@@ -117,16 +117,18 @@ def _row(
     from scipy.optimize import isotonic_regression
 
     values = np.array([value for value, _ in points])
-    shares = isotonic_regression([one.mean for _, one in points], weights=[one.n for _, one in points]).x
-    below = [value for value, one in points if one.high < LEVEL]
-    above = [value for value, one in points if one.low > LEVEL]
+    shares = isotonic_regression(
+        [estimate.mean for _, estimate in points], weights=[estimate.n for _, estimate in points]
+    ).x
+    below = [value for value, estimate in points if estimate.high < LEVEL]
+    above = [value for value, estimate in points if estimate.low > LEVEL]
     at = passed(values, shares)
     return {
         "measure": measure,
         "setting": setting,
         "others": others,
         "values": len(points),
-        "n": min(one.n for _, one in points),
+        "n": min(estimate.n for _, estimate in points),
         "threshold": at,
         "low": max(below, default=math.nan),
         "high": min(above, default=math.nan),

@@ -50,7 +50,7 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
     first: dict[Group, RunResult] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
         first.setdefault(key, result)
-    worlds = {one.keys["world"] for one in first.values()}
+    worlds = {result.keys["world"] for result in first.values()}
     known = {world: facts_of(world) for world in worlds}
     swept = {world: _swept(world, first, compared) for world in worlds}
     rows = [
@@ -71,11 +71,11 @@ def _row(
     swept: Sequence[Factor],
 ) -> dict[str, Any]:
     run = first[group]
-    found = compared.estimates[facts.score, group]
+    estimate = compared.estimates[facts.score, group]
     means = {
-        one.keys["model"]: compared.estimates[facts.score, other].mean
-        for other, one in first.items()
-        if one.config["world"] == run.config["world"] and (facts.score, other) in compared.estimates
+        result.keys["model"]: compared.estimates[facts.score, other].mean
+        for other, result in first.items()
+        if result.config["world"] == run.config["world"] and (facts.score, other) in compared.estimates
     }
     near = nearest(run.keys["model"], facts.published)
     return {
@@ -85,10 +85,10 @@ def _row(
         "model": run.keys["model"],
         "prompt": run.keys["prompt"],
         "settings": context_of(compared.group_columns, group, swept, MODEL),
-        "n": found.n,
-        "mean": found.mean,
-        "low": found.low,
-        "high": found.high,
+        "n": estimate.n,
+        "mean": estimate.mean,
+        "low": estimate.low,
+        "high": estimate.high,
         "random": means.get(facts.random, math.nan),
         "best_policy": facts.best or "",
         "best": means.get(facts.best or "", math.nan),
@@ -100,7 +100,7 @@ def _row(
         "published_model": near.model if near else "",
         "published": near.value if near else math.nan,
         "published_certain": near.certain if near else "",
-        "source": near.source if near else "; ".join(dict.fromkeys(one.source for one in facts.published)),
+        "source": near.source if near else "; ".join(dict.fromkeys(published.source for published in facts.published)),
         "differs": "; ".join(filter(None, (facts.differs, changed(run.config["world"], facts.world)))),
     }
 
@@ -141,8 +141,8 @@ def _plain(name: str) -> str:
 def changed(settings: Mapping[str, Any], world: str) -> str:
     """Return how the settings of a world differ from its file, such as `agents=12, not 10`; empty if they do not."""
     usual = _settings_of(world)
-    told = [f"{key}={found}, not {value}" for key, value, found in _differing(usual, settings)]
-    return f"{len(told)} settings changed" if len(told) > _MOST_TOLD else "; ".join(told)
+    changes = [f"{key}={own}, not {value}" for key, value, own in _differing(usual, settings)]
+    return f"{len(changes)} settings changed" if len(changes) > _MOST_TOLD else "; ".join(changes)
 
 
 def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
@@ -153,12 +153,12 @@ def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
         part, *keys = path.split(".")
         if part == "world":
             usual = _with(usual, keys, yaml.safe_load(value))
-    told = [f"{key}={value}" for key, value, _ in _differing(usual, settings)]
-    if not told:
+    changes = [f"{key}={value}" for key, value, _ in _differing(usual, settings)]
+    if not changes:
         return ""
-    if len(told) > _MOST_TOLD:
-        return f" (where {len(told)} settings differ from the run's)"
-    return f" (at {', '.join(told)})"
+    if len(changes) > _MOST_TOLD:
+        return f" (where {len(changes)} settings differ from the run's)"
+    return f" (at {', '.join(changes)})"
 
 
 def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
@@ -174,11 +174,11 @@ def _differing(
 ) -> Iterator[tuple[str, str, str]]:
     """Yield each setting that differs: its path, its usual value and its actual value; a list counts as one setting."""
     for key in (key for key in usual if key in settings and f"{above}{key}" not in _LEFT_OUT):
-        value, found = usual[key], settings[key]
-        if isinstance(value, Mapping) and isinstance(found, Mapping):
-            yield from _differing(value, found, f"{above}{key}.")
-        elif value != found and "${" not in str(value):
-            yield f"{above}{key}", _short(value), _short(found)
+        value, own = usual[key], settings[key]
+        if isinstance(value, Mapping) and isinstance(own, Mapping):
+            yield from _differing(value, own, f"{above}{key}.")
+        elif value != own and "${" not in str(value):
+            yield f"{above}{key}", _short(value), _short(own)
 
 
 def _short(value: Any) -> str:
@@ -190,8 +190,8 @@ def _settings_of(world: str) -> dict[str, Any]:
     """Return the settings in the file of a world; none if it has no file."""
     places = [folder / "world" / f"{world}.yaml" for folder in (conf_dir(), *own_folders())]
     file = next((place for place in places if place.is_file()), None)
-    found: Mapping[str, Any] = read_yaml(file) if file else {}
-    own: Mapping[str, Any] = found.get("world", found)
+    content: Mapping[str, Any] = read_yaml(file) if file else {}
+    own: Mapping[str, Any] = content.get("world", content)
     return dict(own)
 
 
@@ -208,8 +208,8 @@ def validation_table(frame: pd.DataFrame) -> Table:
         "settings of the sweep. Published: the value of the model of equal size with the most similar name. The "
         "published study has other prompts, so only the order of magnitude is comparable."
     )
-    told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
-    return without_empty(Table("validation", caption, columns, tuple(map(_told, told)), labels=4))
+    rows = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
+    return without_empty(Table("validation", caption, columns, tuple(map(_told, rows)), labels=4))
 
 
 def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:

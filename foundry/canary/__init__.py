@@ -125,10 +125,10 @@ class Distance:
     def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
         """Measure the distance between replies to the same prompts, by all tokens up to the first different text."""
         pairs = list(zip(first, second, strict=True))
-        places = [place for one, other in pairs for place in _same_context(one.tokens, other.tokens)]
-        gaps = [abs(one.top[token] - other.top[token]) for one, other in places for token in _shared(one, other)]
-        shares = [len(_shared(one, other)) / max(len(one.top), len(other.top)) for one, other in places]
-        texts = [_common_share(one.text, other.text) for one, other in pairs if one.text and other.text]
+        places = [place for sign, other in pairs for place in _same_context(sign.tokens, other.tokens)]
+        gaps = [abs(here.top[token] - other.top[token]) for here, other in places for token in _shared(here, other)]
+        shares = [len(_shared(here, other)) / max(len(here.top), len(other.top)) for here, other in places]
+        texts = [_common_share(sign.text, other.text) for sign, other in pairs if sign.text and other.text]
         return cls(_mean(gaps), _mean(shares), _mean(texts))
 
     @property
@@ -175,15 +175,15 @@ def _same_context(
     first: Sequence[TokenLogprobs], second: Sequence[TokenLogprobs]
 ) -> Iterator[tuple[TokenLogprobs, TokenLogprobs]]:
     """Yield the pairs of tokens at the same position in two replies, up to the first pair that differs."""
-    for one, other in zip(first, second, strict=False):
-        if one.top and other.top:
-            yield one, other
-        if one.token != other.token:
+    for first_token, other in zip(first, second, strict=False):
+        if first_token.top and other.top:
+            yield first_token, other
+        if first_token.token != other.token:
             return
 
 
-def _shared(one: TokenLogprobs, other: TokenLogprobs) -> set[str]:
-    return one.top.keys() & other.top.keys()
+def _shared(mine: TokenLogprobs, other: TokenLogprobs) -> set[str]:
+    return mine.top.keys() & other.top.keys()
 
 
 def _common_share(first: str, second: str) -> float:

@@ -54,9 +54,9 @@ def replay(
 
     folders = [find_run(path) for path in runs]
     recordings = [read_recording(run, trust_targets or ()) for run in folders]
-    for one in recordings:
-        if one.note:
-            print(for_screen(f"{one.id}: {one.note}"))
+    for recording in recordings:
+        if recording.note:
+            print(for_screen(f"{recording.id}: {recording.note}"))
     chosen = chosen_steps(steps, every, max(recording.last for recording in recordings))
     if svg is not None:
         _sketch(svg, folders, recordings, None if steps is None and every is None else chosen)

@@ -70,13 +70,15 @@ def verify(
 
 
 def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) -> None:
-    for one in results:
-        if one.difference is not None:
-            print(for_screen(f"{one.run} differs: {one.difference.line()}"))
-        elif one.note:
-            print(for_screen(f"{one.run} {one.note}"))
+    for verified in results:
+        if verified.difference is not None:
+            print(for_screen(f"{verified.run} differs: {verified.difference.line()}"))
+        elif verified.note:
+            print(for_screen(f"{verified.run} {verified.note}"))
         elif is_verbose():
-            print(for_screen(f"{one.run} {one.verdict}: {one.lines:,} lines, {one.calls:,} questions"))
+            print(
+                for_screen(f"{verified.run} {verified.verdict}: {verified.lines:,} lines, {verified.calls:,} questions")
+            )
     verdicts = [f"{count} {verdict}" for verdict, count in counts.items() if count]
     lines, calls = sum(result.lines for result in results), sum(result.calls for result in results)
     print(f"{len(results)} runs: {', '.join(verdicts)}; {lines:,} lines and {calls:,} questions compared")

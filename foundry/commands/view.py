@@ -61,20 +61,20 @@ class AskingPage:
 
     @contextmanager
     def shown(
-        self, desk: Desk, told: str, *, leave: Callable[[], None], **watching: Callable[[], Any]
+        self, desk: Desk, terms: str, *, leave: Callable[[], None], **watching: Callable[[], Any]
     ) -> Iterator[None]:
         """Serve the page of questions within this context, and up to a second longer if the page is open.
 
         Args:
             desk: the desk at which questions wait.
-            told: text that the person reads before the first question.
+            terms: text that the person reads before the first question.
             leave: function that is called when the person stops answering.
             watching: the functions `look` and `far` of the server.
         """
         from foundry.viewer.http import running
         from foundry.viewer.people.people_server import PeopleServer
 
-        with running(PeopleServer(desk, told, leave=leave, host=self.host, port=self.port, **watching)) as server:
+        with running(PeopleServer(desk, terms, leave=leave, host=self.host, port=self.port, **watching)) as server:
             self._announce("answer", server.url, "Ctrl-C ends; answers are kept")
             yield
             server.farewell()

@@ -54,10 +54,10 @@ def _measured(
         return
     with contextlib.closing(answers):
         for key, info in measured.items():
-            for model, one in zip(members_of(build(configs[key])), each_info(info), strict=True):
-                canary = canary_of(model) if one.measured else None
-                if canary is not None and one.digest is not None:
-                    yield model, one.digest, KnownWeights(answers, canary, one.digest)
+            for model, model_info in zip(members_of(build(configs[key])), each_info(info), strict=True):
+                canary = canary_of(model) if model_info.measured else None
+                if canary is not None and model_info.digest is not None:
+                    yield model, model_info.digest, KnownWeights(answers, canary, model_info.digest)
 
 
 def _with_digests(info: ModelInfo, digests: Mapping[str, str]) -> ModelInfo:

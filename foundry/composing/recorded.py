@@ -120,10 +120,10 @@ def _check_asked(folder: SweepFolder, given: set[str]) -> None:
 def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
     """Merge conditions that differ only in settings that the overrides replace; join their seeds."""
     alike: dict[str, list[Condition]] = {}
-    for one in conditions:
-        alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
-            one
-        )
+    for condition in conditions:
+        alike.setdefault(
+            settings_key({key: part for key, part in condition.config.items() if key not in given}), []
+        ).append(condition)
     for group in alike.values():
         yield replace(group[0], seeds=tuple(dict.fromkeys(seed for condition in group for seed in condition.seeds)))
 

@@ -135,11 +135,11 @@ def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
 def answers_the_same(case: ModelCase) -> None:
     """A policy and a copy of it give equal replies to equal requests, in any order of the requests."""
     requests = case.asked()
-    one, other = case.placed(), case.placed()
-    first = asyncio.run(one.ask_all(requests))
+    usual, other = case.placed(), case.placed()
+    first = asyncio.run(usual.ask_all(requests))
     _check_replies(first, requests)
     back = asyncio.run(other.ask_all(requests[::-1]))[::-1]
-    alone = [asyncio.run(one.ask(request)) for request in requests]
+    alone = [asyncio.run(usual.ask(request)) for request in requests]
     for request, *replies in zip(requests, first, back, alone, strict=True):
         require(
             replies[0].text == replies[1].text == replies[2].text,

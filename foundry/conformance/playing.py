@@ -220,8 +220,8 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         }
         opened += [question.asked for question in ready]
         require(bool(opened), f"after {world.step} steps ready() returns no questions, although no answer is awaited")
-        one = opened.pop(pick(len(opened)))
-        ahead.take(one, answered[one][1])
+        next_place = opened.pop(pick(len(opened)))
+        ahead.take(next_place, answered[next_place][1])
         while whole := ahead.next_round():
             missing = [place for place in whole if place not in answered or place in opened]
             require(

@@ -108,8 +108,11 @@ def says_what_it_is(case: SignatureCase) -> None:
     require(described, "MEASURES must map names to analysis.measure.Measure, each with a label")
     headline = getattr(case.module, "HEADLINE", ())
     require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: use a tuple of names")
-    for one in headline:
-        require(any(_described(one, measures or {})), f"HEADLINE contains '{one}', which MEASURES does not describe")
+    for measure_name in headline:
+        require(
+            any(_described(measure_name, measures or {})),
+            f"HEADLINE contains '{measure_name}', which MEASURES does not describe",
+        )
 
 
 def says_what_it_takes(case: SignatureCase) -> None:

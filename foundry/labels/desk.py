@@ -69,8 +69,8 @@ class LabelDesk:
         self._labels = {person: folder.labels_by(person) for person in folder.people()}
         self._now: dict[str, tuple[str, float]] = {}
         same: dict[bytes, list[str]] = {}
-        for one in sample.drawn:
-            same.setdefault(content_of(one.text, one.context), []).append(one.item)
+        for text in sample.drawn:
+            same.setdefault(content_of(text.text, text.context), []).append(text.item)
         self._same = {item: items for items in same.values() for item in items}
 
     def place(self, person: str) -> Place:
@@ -168,12 +168,12 @@ class LabelDesk:
         is_known = self._label.choices == (YES, "no")
         keys = [_LETTERS[option] if option == UNCLEAR or is_known else str(n) for n, option in enumerate(options, 1)]
         question, *guidance = self._label.asked(drawn.context)
-        told = str(drawn.context.get("told", "")) if "$told" not in self._label.question else ""
+        heard = str(drawn.context.get("told", "")) if "$told" not in self._label.question else ""
         return Shown(
             item=drawn.item,
             text=drawn.text,
             question=question,
             guidance=tuple(guidance),
-            told=told,
+            told=heard,
             choices=tuple(zip(keys, options, strict=True)),
         )

@@ -198,12 +198,12 @@ class Labels:
     @cached_property
     def answers(self) -> dict[str, list[str]]:
         """For each text of the sample that people have labelled, the labels of these people."""
-        found: dict[str, list[str]] = {}
+        by_item: dict[str, list[str]] = {}
         for drawn in self.sample.drawn:
             answers = [labels[drawn.item] for labels in self.by_person.values() if drawn.item in labels]
             if answers:
-                found[drawn.item] = answers
-        return found
+                by_item[drawn.item] = answers
+        return by_item
 
 
 def label_names(sweep: SweepFolder) -> list[str]:

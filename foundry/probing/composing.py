@@ -183,10 +183,10 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
     if runs[0].declared.form == ProbeScenario.form:
         raise InputError("This sweep is itself a probe. Name the sweep of its moments.")
     for key in ("world", "model", "prompt", "sampling_seed"):
-        kept = (
+        recorded_configs = (
             config[key] if key == "sampling_seed" else without_format(config[key], key, given) for config in configs
         )
-        recorded = {settings_key({key: config}): config for config in kept}
+        recorded = {settings_key({key: config}): config for config in recorded_configs}
         if key not in given and len(recorded) > 1:
             raise _several(key, list(recorded.values()))
     return {key: value for key, value in configs[0].items() if key != "fork"}

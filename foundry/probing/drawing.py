@@ -120,13 +120,13 @@ def _of_run(
         kinds = near.setdefault((moment.agent, (moment.step - 1) // window) if window else moment, {})
         stratum = (moment.kind, *sorted(strata.get(moment, {}).items()))
         kinds.setdefault(moment.kind, {}).setdefault(stratum, []).append(moment)
-    found: dict[_Stratum, dict[int, list[Moment]]] = {}
+    by_stratum: dict[_Stratum, dict[int, list[Moment]]] = {}
     for _, kinds in sorted(near.items()):
         of_kind = kinds[_one(rng, sorted(kinds))]
         stratum = _one(rng, sorted(of_kind))
         moment = _one(rng, of_kind[stratum])
-        found.setdefault(stratum, {}).setdefault((moment.step - 1) // (window or 1), []).append(moment)
-    return found
+        by_stratum.setdefault(stratum, {}).setdefault((moment.step - 1) // (window or 1), []).append(moment)
+    return by_stratum
 
 
 def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
@@ -185,4 +185,4 @@ def kept_of(
     last = {run: max(moment.step for moment in mine) for run, mine in by_run(moments).items()}
     past = {run: recorded[run].up_to(step) for run, step in sorted(last.items())}
     runs = {run: Source(seed=source.seed, sha256=source.digest()) for run, source in past.items()}
-    return Moments(runs=runs, moments=tuple(moments), strata=tuple(dict(one) for one in strata)), past
+    return Moments(runs=runs, moments=tuple(moments), strata=tuple(dict(values) for values in strata)), past

@@ -301,18 +301,18 @@ class SeenProbe:
     def _replies(
         self,
         run: _Run,
-        found: Sequence[tuple[ProbeStep, Call | None]],
+        asked: Sequence[tuple[ProbeStep, Call | None]],
         expected: dict[str, float],
         prompts: list[list[dict[str, Any]]],
     ) -> Replies:
-        first = next((call for _, call in found if call is not None), None)
+        first = next((call for _, call in asked if call is not None), None)
         if first is not None and first.messages not in prompts:
             prompts.append(first.messages)
         replies = [
             Reply(_choice(run, line), call.text, call.thinking, call.ending)
             if call
             else Reply(_choice(run, line), None)
-            for line, call in found
+            for line, call in asked
         ]
         prompt = None if first is None else prompts.index(first.messages)
         return Replies(*self._place(run), prompt, replies, expected)

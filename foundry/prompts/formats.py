@@ -192,11 +192,13 @@ def _runs(matches: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match
     """Yield groups of labels, or of list items, that only blanks separate; a heading is a group of its own."""
     places: list[tuple[int, re.Match[str]]] = []
     number = 0
-    for one in matches:
+    for match in matches:
         before = places[-1][1] if places else None
-        follows = before is not None and _kind(before) == _kind(one) and not text[before.end() : one.start()].strip()
-        number += not (follows and _kind(one) in (_ITEM, _POINT, _LABEL))
-        places.append((number, one))
+        follows = (
+            before is not None and _kind(before) == _kind(match) and not text[before.end() : match.start()].strip()
+        )
+        number += not (follows and _kind(match) in (_ITEM, _POINT, _LABEL))
+        places.append((number, match))
     for _, run in groupby(places, key=lambda place: place[0]):
         yield [match for _, match in run]
 

@@ -33,13 +33,13 @@ def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
     heard: dict[tuple[int, int, str], list[int]] = {}
     for message in lines_of(recording.messages, Message, recording.folder):
         heard.setdefault((message.step, message.sender, message.text), []).append(message.recipient)
-    found: dict[int, list[tuple[bool, str]]] = {}
+    by_step: dict[int, list[tuple[bool, str]]] = {}
     for line in lines_of(recording.steps, _Speech, recording.folder):
         if isinstance(line.message, str):
             to = heard.get((line.step, line.agent, line.message), [])
             said = f"agent {line.agent} to {_to(to)}: {' '.join(line.message.split())}"
-            found.setdefault(line.step, []).append((not to, said))
-    return {step: [said for _, said in sorted(spoken, key=itemgetter(0))] for step, spoken in found.items()}
+            by_step.setdefault(line.step, []).append((not to, said))
+    return {step: [said for _, said in sorted(spoken, key=itemgetter(0))] for step, spoken in by_step.items()}
 
 
 def _to(recipients: Sequence[int]) -> str:

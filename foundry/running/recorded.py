@@ -167,7 +167,7 @@ class RecordedAsker:
         if not self._calls.get(place):
             raise NotRecorded(place)
         number, call = self._calls[place].popleft()  # an agent may be asked a question several times
-        wording = next(one for one in self._asked if one.before is None or question.step < one.before)
+        wording = next(wording for wording in self._asked if wording.before is None or question.step < wording.before)
         messages = wording.prompt.render(question)
         now = {
             "seed": question.sampling_seed(wording.seed),

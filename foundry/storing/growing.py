@@ -63,13 +63,13 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
     _check_agrees(there, asked)
     conditions = list(there.conditions)
     places = {_key(condition): number for number, condition in reversed(list(enumerate(conditions)))}
-    for one in asked.conditions:
-        place = places.setdefault(_key(one), len(conditions))
+    for condition in asked.conditions:
+        place = places.setdefault(_key(condition), len(conditions))
         if place == len(conditions):
-            conditions.append(one)
+            conditions.append(condition)
         else:
             known = conditions[place]
-            conditions[place] = replace(known, seeds=tuple(dict.fromkeys((*known.seeds, *one.seeds))))
+            conditions[place] = replace(known, seeds=tuple(dict.fromkeys((*known.seeds, *condition.seeds))))
     sweep = expand(there.asked, conditions, there.runs)
     ids = {run.id for run in sweep.runs}
     other = [run.id for run in asked.runs if run.id not in ids]
@@ -162,9 +162,9 @@ def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[
     """Raise an error if a setting differs from the record, unless the sweep or the request has several values of it."""
     swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
     known = [_without(values, swept) for values in recorded]
-    for one in (_without(values, swept) for values in now):
-        if one not in known:
-            closest = min((list(_differences(other, one)) for other in known), key=len)
+    for values in (_without(values, swept) for values in now):
+        if values not in known:
+            closest = min((list(_differences(other, values)) for other in known), key=len)
             raise _contradiction(part, name, closest)
 
 

@@ -85,7 +85,9 @@ def counts_so_far(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -
 
     If a run has begun but not ended, its worker reports its counts. If it was interrupted, its log of calls is counted.
     """
-    reported = {run: counts for one in folder.progress().values() for run, counts in one.get("counts", {}).items()}
+    reported = {
+        run: counts for report in folder.progress().values() for run, counts in report.get("counts", {}).items()
+    }
     begun = folder.begun()
     for run, summary in zip(folder.runs(), summaries, strict=True):
         if summary is not None:
@@ -164,14 +166,14 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
         summary = run.summary()
         if summary is None:
             continue
-        one = by_model.setdefault(summary.model, Unread(summary.model))
+        unreadable = by_model.setdefault(summary.model, Unread(summary.model))
         outcomes = Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
-        one.replies += outcomes.total()
+        unreadable.replies += outcomes.total()
         if part := ", ".join(f"{name} {run.factors[name]}" for name in _PARTS if name in run.factors):
-            one.replies_by_part[part] += outcomes.total()
-            one.unread_by_part[part] += sum(outcomes[outcome] for outcome in _UNREAD)
+            unreadable.replies_by_part[part] += outcomes.total()
+            unreadable.unread_by_part[part] += sum(outcomes[outcome] for outcome in _UNREAD)
         lost = Counter({outcome: outcomes[outcome] for outcome in _UNREAD if outcomes[outcome]})
-        one.outcomes += lost
+        unreadable.outcomes += lost
         if lost:
             having.setdefault(summary.model, []).append(run)
     many = [
@@ -179,8 +181,8 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
         for unreadable in by_model.values()
         if unreadable.outcomes and max([unreadable.share, *unreadable.share_by_part.values()]) >= LEAST_SHARE
     ]
-    for one in many:
-        _illustrate(one, having[one.model])
+    for unreadable in many:
+        _illustrate(unreadable, having[unreadable.model])
     return many
 
 

@@ -98,10 +98,18 @@ def _mean(values: Sequence[float]) -> tuple[float, float]:
     return mean, spread / math.sqrt(len(values))
 
 
-def row(one: Held) -> tuple[str, ...]:
+def row(result: Held) -> tuple[str, ...]:
     """Return a result as a row of a table; the columns are COLUMNS."""
-    known = f"{one.value:g}" + (f" ± {one.tolerance:g}" if one.tolerance else "")
-    return (one.world, one.name, one.column, str(one.n), found(one), known, "yes" if one.holds else "NO")
+    known = f"{result.value:g}" + (f" ± {result.tolerance:g}" if result.tolerance else "")
+    return (
+        result.world,
+        result.name,
+        result.column,
+        str(result.n),
+        found(result),
+        known,
+        "yes" if result.holds else "NO",
+    )
 
 
 def found(one: Held) -> str:
@@ -112,12 +120,12 @@ def found(one: Held) -> str:
 
 def page(held: Sequence[Held]) -> str:
     """Return the page in Markdown, one section per world."""
-    sections = [_section(world, list(group)) for world, group in groupby(held, key=lambda one: one.world)]
+    sections = [_section(world, list(group)) for world, group in groupby(held, key=lambda result: result.world)]
     return "\n".join([_HEAD, *sections])
 
 
 def _section(world: str, held: Sequence[Held]) -> str:
     head = f"| {' | '.join(COLUMNS[1:])} |\n|{'---|' * (len(COLUMNS) - 1)}"
-    rows = "\n".join(f"| {' | '.join(row(one)[1:])} |" for one in held)
-    notes = "\n".join(f"- *{one.name}*: {one.why.rstrip('.')}. `{one.command}`" for one in held)
+    rows = "\n".join(f"| {' | '.join(row(result)[1:])} |" for result in held)
+    notes = "\n".join(f"- *{result.name}*: {result.why.rstrip('.')}. `{result.command}`" for result in held)
     return f"## {world}\n\n{head}\n{rows}\n\n{notes}\n"

@@ -148,7 +148,7 @@ class CatalogedSweep:
         """Return the ids of all runs with the same condition as `run`, in the order of their seeds."""
         runs = self.folder.sweep.runs
         condition = runs[self._places[run]].condition
-        return [one.id for one in sorted(runs, key=lambda run: run.seed) if one.condition == condition]
+        return [run.id for run in sorted(runs, key=lambda run: run.seed) if run.condition == condition]
 
     def models_beside(self, run: str) -> list[str]:
         """Return the ids of `run` and of all runs that differ from it only in the model, in the order of the sweep."""
@@ -245,7 +245,7 @@ class CatalogedSweep:
         joint = sorted(self.folder.path.glob("report_of_*_folders.html"))
         tables = [self.folder.analysis_dir, *sorted(self.folder.path.glob("analysis_of_*_folders"))]
         files = [(path, "") for path in (self.folder.report_file, *joint)]
-        files += [(path, one.name[len("analysis") :]) for one in tables for path in sorted(one.rglob("*"))]
+        files += [(path, table.name[len("analysis") :]) for table in tables for path in sorted(table.rglob("*"))]
         for path, folders in files:
             if path.is_file() and path.suffix in (".html", ".pdf", ".png", ".svg", ".csv", ".md"):
                 yield {

@@ -130,12 +130,12 @@ def lines_of_agent(lines: bytes, agent: int) -> list[bytes]:
 
 def by_agent(lines: bytes) -> dict[int, list[bytes]]:
     """Return the lines of each agent in the order of the file, by the id of the agent."""
-    found: dict[int, list[bytes]] = {}
+    by_id: dict[int, list[bytes]] = {}
     for line in lines.splitlines():
         match = _AGENT.match(line)
         if match is not None:
-            found.setdefault(int(match[1]), []).append(line)
-    return found
+            by_id.setdefault(int(match[1]), []).append(line)
+    return by_id
 
 
 _STEP_AND_AGENT = re.compile(rb'\n\{"step":\d+,"agent":(\d+)[,}]')

@@ -206,8 +206,12 @@ class RunView(ABC):
         """Return an agent's decisions in full: records, calls with prompts and replies, and received messages."""
         steps = lines_of_agent(self.steps.read(first, last), agent)
         calls = self.calls.of_agent(agent, first, last)
-        found = {"steps": raw(steps), "calls": raw(calls), "received": self.received(first, last, agent).get(agent, [])}
-        return {"first": first, "last": last, **found, "damaged": self.calls.damaged}
+        everything = {
+            "steps": raw(steps),
+            "calls": raw(calls),
+            "received": self.received(first, last, agent).get(agent, []),
+        }
+        return {"first": first, "last": last, **everything, "damaged": self.calls.damaged}
 
     def all_decisions(self, first: int, last: int) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield each agent with the result of `decisions`; this reads the records once, not once per agent."""

@@ -39,10 +39,10 @@ class _Reported:
 def underway(sweep: CatalogedSweep) -> dict[str, Any]:
     """Return the state of a sweep. `foundry/viewer/README.md` lists the keys at `sweep/<sweep>/underway`."""
     reports = sweep.folder.progress()
-    found = _reported(sweep, reports)
-    counts = sweep.look_further(set(found.opened))
+    reported = _reported(sweep, reports)
+    counts = sweep.look_further(set(reported.opened))
     all_seen = counts.total() == len(sweep.folder.sweep.runs)
-    left = _calls_left(sweep, found)
+    left = _calls_left(sweep, reported)
     known = [calls for calls in left.values() if calls is not None]
     failures = _failures(sweep)
     parts = [part for report in reports.values() for part in report.get("limits", {}).values()]
@@ -50,10 +50,10 @@ def underway(sweep: CatalogedSweep) -> dict[str, Any]:
         "at": time.time(),
         "runs": len(sweep.folder.sweep.runs),
         "counts": counts,
-        "workers": found.workers,
-        "open": [_open_run(sweep, run, found) for run in found.opened[:OPEN_SHOWN]],
-        "open_runs": len(found.opened),
-        **{name: sum(tally[name] for tally in found.tallies.values()) for name in _COUNTS},
+        "workers": reported.workers,
+        "open": [_open_run(sweep, run, reported) for run in reported.opened[:OPEN_SHOWN]],
+        "open_runs": len(reported.opened),
+        **{name: sum(tally[name] for tally in reported.tallies.values()) for name in _COUNTS},
         "left": sum(known) if all_seen and (known or not left) else None,
         "unknown": [model for model, calls in left.items() if calls is None],
         "wanted": sum(part["wanted"] for part in parts),

@@ -46,12 +46,14 @@ def measure(run: AnyRun) -> dict[str, float]:
     NaN without actions. Denominator: n_actions.
     """
     kinds = decided(run)
-    found: dict[str, float] = {}
+    measures_of_kinds: dict[str, float] = {}
     for kind in kinds:
         suffix = f"_{kind.kind}" if len({other.kind for other in kinds}) > 1 else ""
         measures = _labels(kind, suffix, bool(run.declared.actions)) if kind.labels else _numbers(kind)
-        found |= {name if name.startswith("share_") else f"{name}{suffix}": value for name, value in measures.items()}
-    return found
+        measures_of_kinds |= {
+            name if name.startswith("share_") else f"{name}{suffix}": value for name, value in measures.items()
+        }
+    return measures_of_kinds
 
 
 def _labels(decisions: Decided, suffix: str, declared: bool) -> dict[str, float]:

@@ -39,7 +39,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 def _does_nothing(run: AnyRun, idle: dict[str, str | float]) -> BoolArray:
-    found = np.zeros(run.decisions, dtype=np.bool_)
+    does_nothing = np.zeros(run.decisions, dtype=np.bool_)
     for kind, action in idle.items():
-        found |= (run.kind == kind) & ((run.action if isinstance(action, str) else run.number) == action)
-    return found
+        does_nothing |= (run.kind == kind) & ((run.action if isinstance(action, str) else run.number) == action)
+    return does_nothing

@@ -170,6 +170,6 @@ def measure(run: AnyRun) -> dict[str, float]:
     measures = {"n_agents": float(len(named))}
     for attribute in dict.fromkeys(name for persona in run.personas for name in persona):
         groups = {agent: persona[attribute] for agent, persona in enumerate(run.personas) if attribute in persona}
-        one = effect(did, groups)
-        measures |= {attribute: one.share, f"p_{attribute}": one.p}
+        effect_of = effect(did, groups)
+        measures |= {attribute: effect_of.share, f"p_{attribute}": effect_of.p}
     return measures

@@ -148,8 +148,8 @@ def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
     visited = np.concatenate([share[share > 0] for share in models])
     # A scale that ends at the most crowded cell would make all others pale.
     most = float(np.quantile(visited, _SCALED)) if len(visited) else 1.0
-    for ax, found in zip(panels, maps, strict=True):
-        image = draw_occupancy(ax, found, most)
+    for ax, occupancy in zip(panels, maps, strict=True):
+        image = draw_occupancy(ax, occupancy, most)
     bar = figure.colorbar(
         image,
         ax=figure.axes,

@@ -31,29 +31,29 @@ class OccupancyMap:
     share: FloatArray
 
 
-def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
+def draw_occupancy(ax: Axes, occupancy: OccupancyMap, most: float) -> AxesImage:
     """Draw a map, darker for frequent cells, and return its image for a colour bar.
 
     Colours follow the square root of the share, so that small shares stay visible.
 
     Args:
         ax: where to draw.
-        found: the map.
+        occupancy: the map.
         most: share at the end of the colour scale.
     """
     from matplotlib.colors import PowerNorm
 
-    half = found.world.half_size + 0.5
+    half = occupancy.world.half_size + 0.5
     image = ax.imshow(
-        found.share,
+        occupancy.share,
         cmap=COLOURS,
         norm=PowerNorm(0.5, 0, most or 1.0),
         extent=(-half, half, -half, half),
         origin="lower",
         interpolation="nearest",
     )
-    draw_world(ax, found.world, style.PLACE)
-    _title(ax, found.shown)
+    draw_world(ax, occupancy.world, style.PLACE)
+    _title(ax, occupancy.shown)
     return image
 
 

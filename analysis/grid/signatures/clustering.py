@@ -80,9 +80,9 @@ def _closeness(x: IntArray, y: IntArray, side: int, radius: float) -> tuple[Floa
     nearest = np.sqrt(squared.min(axis=2)).mean(axis=1)
     near = np.flatnonzero(squared <= radius**2)
     # Translation correction: a pair counts more if it can be shifted as a whole to fewer positions on the grid.
-    kept = (side - wide.ravel()[near]) * (side - high.ravel()[near])
+    margin_product = (side - wide.ravel()[near]) * (side - high.ravel()[near])
     pairs, state = len(agents) * (len(agents) - 1), near // len(agents) ** 2
-    weights = np.bincount(state, weights=side**2 / kept, minlength=len(x))
+    weights = np.bincount(state, weights=side**2 / margin_product, minlength=len(x))
     return nearest, np.bincount(state, minlength=len(x)) / pairs, weights * side**2 / pairs
 
 
@@ -96,11 +96,11 @@ def random_placements(agents: int, side: int, radius: float) -> Placements:
     """Return how close to each other agents are in random cells; several agents may share a cell."""
     rng = seeding.stream(_SEED, "random placements")
     x, y = rng.integers(side, size=(2, DRAWS, agents))
-    found = closeness(x, y, side, radius)
+    closest = closeness(x, y, side, radius)
     return Placements(
-        nearest=float(found.nearest.mean()),
-        deviation=float(found.nearest.std()),
-        besag=float(besag(found.ripley, radius).mean()),
+        nearest=float(closest.nearest.mean()),
+        deviation=float(closest.nearest.std()),
+        besag=float(besag(closest.ripley, radius).mean()),
     )
 
 
@@ -190,16 +190,16 @@ def _indices(run: GridRun) -> dict[str, float]:
     side, radius = run.world.width, run.world.communication_distance
     weights = run.counted.sum(axis=1)
     null = random_placements(run.agents, side, radius)
-    found = closeness(run.x[1:], run.y[1:], side, radius)
-    observed = weighted_mean(found.nearest, weights)
-    excess = weighted_mean(besag(found.ripley, radius), weights)
+    closest = closeness(run.x[1:], run.y[1:], side, radius)
+    observed = weighted_mean(closest.nearest, weights)
+    excess = weighted_mean(besag(closest.ripley, radius), weights)
     return {
         "nni": ratio(observed, null.nearest),
         "nni_z": ratio(observed - null.nearest, null.deviation),
         "nni_donnelly": observed / expected_distance(run.agents, side, side),
         "nni_naive": observed / expected_distance(run.agents, side, side, corrected=False),
-        "pairs_in_reach": weighted_mean(found.pairs, weights),
-        "ripley": weighted_mean(found.ripley, weights),
+        "pairs_in_reach": weighted_mean(closest.pairs, weights),
+        "ripley": weighted_mean(closest.ripley, weights),
         "besag": excess,
         "besag_excess": excess - null.besag,
         "n_states": float((weights > 0).sum()),
@@ -218,13 +218,13 @@ def expected_distance(agents: int, width: float, height: float, *, corrected: bo
     return naive + (constant + per_root / math.sqrt(agents)) * 2 * (width + height) / agents
 
 
-def _components(nodes: int, one: IntArray, other: IntArray) -> IntArray:
+def _components(nodes: int, first: IntArray, other: IntArray) -> IntArray:
     """Return for each node the lowest node of its connected component, (nodes,); edge k joins one[k] and other[k]."""
     labels = np.arange(nodes)
     while True:
         before = labels.copy()
-        least = np.minimum(before[one], before[other])
-        for ends in (one, other):
+        least = np.minimum(before[first], before[other])
+        for ends in (first, other):
             np.minimum.at(labels, before[ends], least)
         labels = labels[labels]
         if np.array_equal(labels, before):

@@ -49,8 +49,8 @@ def soonest(run: GridRun) -> FloatArray:
     """
     distances = start_distances(run)[:, : run.world.agents].T
     far = np.where(distances == NO_WAY, FAR, distances).tolist()
-    found = soonest_departures(far, [exit_zone.capacity for exit_zone in run.world.exits])
-    return np.sort([np.inf if one is None else float(one.step) for one in found])
+    departures = soonest_departures(far, [exit_zone.capacity for exit_zone in run.world.exits])
+    return np.sort([np.inf if departure is None else float(departure.step) for departure in departures])
 
 
 NAME = "evacuation"
@@ -130,7 +130,10 @@ def measure(run: GridRun) -> dict[str, float]:
         "out": ratio(len(who), agents),
         "lost": ratio(lost, agents),
         **_times(run, np.sort(steps)),
-        **{f"share_{one.name}": ratio(int((taken == k).sum()), len(who)) for k, one in enumerate(run.world.exits)},
+        **{
+            f"share_{way_out.name}": ratio(int((taken == k).sum()), len(who))
+            for k, way_out in enumerate(run.world.exits)
+        },
         **_choice(run, who, taken, distances),
         "least_crowded": mean(_least_crowded(run, who, taken, steps)),
         "path_efficiency": mean(distances[taken, who] / steps),
@@ -144,13 +147,13 @@ def measure(run: GridRun) -> dict[str, float]:
 
 def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
     """Return the steps until 90 % and 50 % of the agents are out, with lower bounds; `left_at` is ascending, (n,)."""
-    soon, found = soonest(run), dict[str, float]()
+    soon, times = soonest(run), dict[str, float]()
     for share_out, suffix in ((0.9, ""), (0.5, "_50")):
         leaving = math.ceil(share_out * run.world.agents - 1e-9)
         time = float(left_at[leaving - 1]) if len(left_at) >= leaving else math.nan
         bound = float(soon[leaving - 1]) if np.isfinite(soon[leaving - 1]) else math.nan
-        found |= {f"time{suffix or '_90'}": time, f"lower_bound{suffix}": bound, f"over_bound{suffix}": time / bound}
-    return found
+        times |= {f"time{suffix or '_90'}": time, f"lower_bound{suffix}": bound, f"over_bound{suffix}": time / bound}
+    return times
 
 
 def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -> dict[str, float]:
@@ -198,12 +201,12 @@ def _crowd(run: GridRun, state: int) -> IntArray:
     """Return the number of agents at each exit in a state, (E,)."""
     there = run.there[min(state, run.steps - 1)]
     x, y = run.x[state, there], run.y[state, there]
-    found = []
+    crowd = []
     for exit_zone in run.world.exits:
         cells = np.array(exit_zone.cells)
         near = (np.abs(x[:, None] - cells[:, 0]) <= AT_IT) & (np.abs(y[:, None] - cells[:, 1]) <= AT_IT)
-        found.append(int(near.any(axis=1).sum()))
-    return np.array(found, dtype=np.int64)
+        crowd.append(int(near.any(axis=1).sum()))
+    return np.array(crowd, dtype=np.int64)
 
 
 def _warnings(run: GridRun, who: IntArray, steps: IntArray) -> dict[str, float]:

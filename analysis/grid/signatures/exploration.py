@@ -49,22 +49,22 @@ def measure(run: GridRun) -> dict[str, float]:
     An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1).
     Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
     """
-    kept = np.vstack([np.zeros(run.agents, dtype=np.bool_), run.counted])
+    counted = np.vstack([np.zeros(run.agents, dtype=np.bool_), run.counted])
     start, half_size = (run.first, np.arange(run.agents)), run.world.half_size
-    kept[start] = True
+    counted[start] = True
     cell = (run.x + half_size) * run.world.width + run.y + half_size
-    cells, states = run.world.cells, kept.sum(axis=0)
-    visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, kept.T, strict=True)]
+    cells, states = run.world.cells, counted.sum(axis=0)
+    visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, counted.T, strict=True)]
     unique = np.array([len(counts) for counts in visits])
     # The closed form holds for the open square.
     expected = np.nan if run.world.walls else expected_cells(run.x[start], run.y[start], states - 1, half_size)
     return {
         "coverage": mean(unique / cells),
-        "group_coverage": len(np.unique(cell[kept])) / cells,
+        "group_coverage": len(np.unique(cell[counted])) / cells,
         "unique_ratio": mean(unique / states),
         "walker_ratio": mean(unique / expected),
         "visit_entropy": mean(entropy(counts) / math.log2(cells) for counts in visits) if cells > 1 else math.nan,
-        "gyration": mean(np.sqrt(np.var(run.x, axis=0, where=kept) + np.var(run.y, axis=0, where=kept))),
+        "gyration": mean(np.sqrt(np.var(run.x, axis=0, where=counted) + np.var(run.y, axis=0, where=counted))),
         "revisit_rate": mean(1 - unique / states),
         "n_agents": float(run.agents),
         "n_states": mean(states),

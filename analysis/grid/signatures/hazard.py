@@ -266,10 +266,10 @@ def _beyond(run: GridRun) -> dict[str, float]:
 
     If the world draws positions, chance is the same run with other positions of the fires, else the blind agent.
     """
-    null, found = (
+    null, observed = (
         ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
     )
-    return {f"away_beyond_{null}": float(found[0]), f"distance_beyond_{null}": float(found[1])}
+    return {f"away_beyond_{null}": float(observed[0]), f"distance_beyond_{null}": float(observed[1])}
 
 
 def _beyond_blind(run: GridRun) -> FloatArray:

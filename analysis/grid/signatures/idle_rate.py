@@ -49,13 +49,13 @@ def measure(run: GridRun) -> dict[str, float]:
     """
     stay, counted, moved = run.choice == STAY, run.counted, run.moved | run.acted
     contexts = _contexts(run)
-    longest = [longest_run(~moved[kept, agent]) for agent, kept in enumerate(counted.T) if kept.any()]
+    longest = [longest_run(~moved[own, agent]) for agent, own in enumerate(counted.T) if own.any()]
     return {
         **_shares(stay[counted], moved[counted], run.readable[counted]),
         "longest_run": mean(longest),
-        **{f"chosen_{name}": mean((stay & run.readable)[kept]) for name, kept in contexts.items()},
-        **{f"immobile_{name}": mean(~moved[kept]) for name, kept in contexts.items()},
-        **{f"n_{name}": float(kept.sum()) for name, kept in contexts.items()},
+        **{f"chosen_{name}": mean((stay & run.readable)[rows]) for name, rows in contexts.items()},
+        **{f"immobile_{name}": mean(~moved[rows]) for name, rows in contexts.items()},
+        **{f"n_{name}": float(rows.sum()) for name, rows in contexts.items()},
     }
 
 

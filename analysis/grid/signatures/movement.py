@@ -173,8 +173,8 @@ def _drifts(run: GridRun) -> dict[str, float]:
 
     def beyond(changes: FloatArray) -> float:
         # The first column is the actual step, the others are the four directions.
-        found = (more * changes[:, 1:]).sum(axis=1)
-        return mean(found[~np.isnan(found)])
+        weighted = (more * changes[:, 1:]).sum(axis=1)
+        return mean(weighted[~np.isnan(weighted)])
 
     return {
         "drift_place": mean(place[:, 0]),

@@ -95,21 +95,21 @@ def _capacity_divergence(run: GridRun, totals: IntArray) -> float:
 
 def _crowding(run: GridRun) -> dict[str, float]:
     weights, attendance = run.counted.sum(axis=1), count_attendance(run)
-    found: dict[str, float] = {}
+    measures: dict[str, float] = {}
     since: dict[str, list[float]] = {"overcrowding": [], "utilisation": [], "volatility": []}
     for place, present in zip(run.world.places, attendance.T, strict=True):
         for name, value in attendance_measures(present, place.capacity, run.agents, weights).items():
-            found[f"{name}_{place.name}"] = value
+            measures[f"{name}_{place.name}"] = value
         used = np.flatnonzero(present)
         if len(used):
             later = attendance_measures(present[used[0] :], place.capacity, run.agents, weights[used[0] :])
             for name, value in later.items():
                 since[name].append(value)
     whole = {
-        name: mean(found[f"{name}_{place.name}"] for place in run.world.places)
+        name: mean(measures[f"{name}_{place.name}"] for place in run.world.places)
         for name in ("overcrowding", "utilisation", "volatility")
     }
-    return {**found, **whole, **{f"{name}_since_entry": mean(values) for name, values in since.items()}}
+    return {**measures, **whole, **{f"{name}_since_entry": mean(values) for name, values in since.items()}}
 
 
 def attendance_measures(present: IntArray, capacity: int, agents: int, weights: IntArray) -> dict[str, float]:

@@ -102,16 +102,16 @@ def _rate(run: GridRun, choice: int, among: BoolArray) -> float:
 
 def _near(run: GridRun) -> BoolArray:
     """Return whether each agent has another agent within reach before its decision, (T, N)."""
-    found = np.zeros(run.choice.shape, dtype=np.bool_)
+    is_near = np.zeros(run.choice.shape, dtype=np.bool_)
     for step, there in enumerate(run.there):
         x, y = run.x[step, there], run.y[step, there]
         apart = np.maximum(np.abs(x[:, None] - x), np.abs(y[:, None] - y))
-        found[step, there] = (apart <= TOUCH).sum(axis=1) > 1
-    return found
+        is_near[step, there] = (apart <= TOUCH).sum(axis=1) > 1
+    return is_near
 
 
 def _inequality(energy: IntArray, counted: BoolArray) -> float:
-    rows = [(gini(own[kept]), int(kept.sum())) for own, kept in zip(energy, counted, strict=True) if kept.any()]
+    rows = [(gini(own[rows]), int(rows.sum())) for own, rows in zip(energy, counted, strict=True) if rows.any()]
     return ratio(sum(value * weight for value, weight in rows), sum(weight for _, weight in rows))
 
 
@@ -122,7 +122,10 @@ def _compliance(run: GridRun) -> dict[str, float]:
     (x, y), (other_x, other_y) = order.target
     inside = (run.x >= min(x, other_x)) & (run.x <= max(x, other_x))
     inside &= (run.y >= min(y, other_y)) & (run.y <= max(y, other_y))
-    told = run.there[order.start - 1] & ~inside[order.start - 1]
-    told[run.world.agents :] = False
+    was_inside = run.there[order.start - 1] & ~inside[order.start - 1]
+    was_inside[run.world.agents :] = False
     came = (inside[order.start :] & run.there[order.start - 1 :]).any(axis=0)
-    return {"compliance": ratio(int((came & told).sum()), int(told.sum())), "n_ordered": float(told.sum())}
+    return {
+        "compliance": ratio(int((came & was_inside).sum()), int(was_inside.sum())),
+        "n_ordered": float(was_inside.sum()),
+    }

@@ -131,12 +131,12 @@ def measure(run: GridRun) -> dict[str, float]:
     said = run.spoke & run.message_counted
     warned, labelled = find_labels(run)
     unknown = said & ~labelled
-    found = _measure(run, said & warned, said & labelled)
+    measures = _measure(run, said & warned, said & labelled)
     if unknown.any():
         other = _measure(run, said & (warned | ~labelled), said & labelled)
-        found = {name: value if value == other[name] else math.nan for name, value in found.items()}
+        measures = {name: value if value == other[name] else math.nan for name, value in measures.items()}
     counts = {"n_messages": float(said.sum()), "n_unlabelled": float(unknown.sum())}
-    return found | counts | {"unknown": ratio(int(unknown.sum()), int(said.sum()))}
+    return measures | counts | {"unknown": ratio(int(unknown.sum()), int(said.sum()))}
 
 
 def correct(run: GridRun, correction: Correction) -> dict[str, FloatArray]:
@@ -258,11 +258,11 @@ def _of_chains(run: GridRun, warned: BoolArray, labelled: BoolArray, reachable: 
     perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
     traced = spread(perceived_at, heard) < perceived_at
-    found = _reach(run, cascade, perceived_at, traced=traced, reachable=reachable)
+    measures = _reach(run, cascade, perceived_at, traced=traced, reachable=reachable)
     if not (perceived_at < NEVER).any():
-        found = dict.fromkeys(found, math.nan)
+        measures = dict.fromkeys(measures, math.nan)
     grounded = _informed(perceived_at, cascade.told_at, run.steps)
-    return found | {
+    return measures | {
         "false_alarm_rate": ratio(int((warned & labelled & ~grounded).sum()), int(labelled.sum())),
         "warning_share": ratio(int((warned & labelled).sum()), int(labelled.sum())),
         "n_agents": float(run.agents),
@@ -277,15 +277,15 @@ def _reach(
     run: GridRun, cascade: Cascade, perceived_at: IntArray, *, traced: BoolArray, reachable: BoolArray
 ) -> dict[str, float]:
     """Return how far the news of a fire got, as measures that are defined only if an agent perceives a fire."""
-    told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
+    warned_agents, direct = int(cascade.told.sum()), int(cascade.direct.sum())
     waited, observed = _waited(perceived_at, cascade, run.last)
     return {
-        "informed_fraction": (told + direct) / run.agents,
-        "social_reach": ratio(told, run.agents - direct),
+        "informed_fraction": (warned_agents + direct) / run.agents,
+        "social_reach": ratio(warned_agents, run.agents - direct),
         "traced_reach": _share_reached(traced, perceived_at),
         "oracle_reach": _share_reached(reachable, perceived_at),
         "normalised_reach": ratio(int(traced.sum()), int(reachable.sum())),
-        "reproduction": ratio(cascade.edges, told + direct),
+        "reproduction": ratio(cascade.edges, warned_agents + direct),
         "depth": float(cascade.depth),
         "trees": float(cascade.trees),
         "virality": cascade.virality,

@@ -30,18 +30,18 @@ _CAPTION = (
 )
 
 
-def first_screen(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
+def first_screen(folder: SweepFolder, analysis: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
     """Return the content of the first screen, by name in the template."""
-    rows = found.contrasts.to_dict("records")
-    marks = _marks(found.frames["moments"])
-    claim = sorted(set(found.contrasts["claim"]))
+    rows = analysis.contrasts.to_dict("records")
+    marks = _marks(analysis.frames["moments"])
+    claim = sorted(set(analysis.contrasts["claim"]))
     return {
-        "facts": [*found.study.split(": "), f"{len(folder.runs())} runs", *claim[:1]],
-        "warnings": _warnings(found),
-        "cards": [_card(found, finding, marks, looked) for finding in found.findings[:MOST_CARDS]],
+        "facts": [*analysis.study.split(": "), f"{len(folder.runs())} runs", *claim[:1]],
+        "warnings": _warnings(analysis),
+        "cards": [_card(analysis, finding, marks, looked) for finding in analysis.findings[:MOST_CARDS]],
         "width": WIDTH,
-        "overview": _matrix(found, rows, marks),
-        "claims": _claims(folder, found, rows),
+        "overview": _matrix(analysis, rows, marks),
+        "claims": _claims(folder, analysis, rows),
     }
 
 
@@ -52,16 +52,16 @@ def _marks(moments: pd.DataFrame) -> dict[str, Mark]:
     }
 
 
-def _warnings(found: ProbeAnalysis) -> list[str]:
-    sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
+def _warnings(analysis: ProbeAnalysis) -> list[str]:
+    sums = unread_of(analysis.frames["moments"]).groupby(level="model", sort=False).sum()
     shares = (sums["unread"] / sums["answers"]).to_dict()
-    part = [f"Only a part of the answers is analysed: {found.filtered}"] if found.filtered else []
+    part = [f"Only a part of the answers is analysed: {analysis.filtered}"] if analysis.filtered else []
     return part + [
         f"Unreadable decisions of {model}: {percent(share)}" for model, share in shares.items() if share >= UNREADABLE
     ]
 
 
-def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]) -> Matrix:
+def _matrix(analysis: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]) -> Matrix:
     """Return a row per model, with a column per edit and, if several models were asked, a column per model."""
     compared = [row for row in rows if row["factor"] != FORMAT]
     texts = with_intervals([(row["difference"], row["low"], row["high"]) for row in compared])
@@ -72,10 +72,10 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
             cells |= {(row["level"], row["reference"]): cell, (row["reference"], row["level"]): cell}
         else:
             cells[row["context"].removeprefix(f"{MODEL}="), row["level"]] = cell
-    edits = list(dict.fromkeys(found.frames["edits"]["edit"]))
+    edits = list(dict.fromkeys(analysis.frames["edits"]["edit"]))
     columns = [*edits, *(marks if len(marks) > 1 else ())]
     heads = [MatrixColumn(f"from {marks[column].name}" if column in marks else column) for column in columns]
-    sums = unread_of(found.frames["moments"]).groupby(level="model", sort=False).sum()
+    sums = unread_of(analysis.frames["moments"]).groupby(level="model", sort=False).sum()
     return Matrix(
         caption=_CAPTION,
         columns=(*heads, MatrixColumn("readable"), MatrixColumn("answers")),
@@ -94,24 +94,24 @@ def _matrix(found: ProbeAnalysis, rows: Sequence[Row], marks: Mapping[str, Mark]
     )
 
 
-def _claims(folder: SweepFolder, found: ProbeAnalysis, rows: Sequence[Row]) -> Claims:
-    sentence = claimed(rows, found.findings, planned=found.planned)
+def _claims(folder: SweepFolder, analysis: ProbeAnalysis, rows: Sequence[Row]) -> Claims:
+    sentence = claimed(rows, analysis.findings, planned=analysis.planned)
     measures = measures_to_test(findings([row for row in rows if row["difference"] > 0]))
-    command = found.in_other_moments(folder.path, measures) if measures else ""
-    if not command or any(finding.stands for finding in found.findings):
+    command = analysis.in_other_moments(folder.path, measures) if measures else ""
+    if not command or any(finding.stands for finding in analysis.findings):
         return Claims(sentence, "", "")
-    return Claims(sentence, command, f"about {int(found.frames['moments']['count'].sum()):,} answers")
+    return Claims(sentence, command, f"about {int(analysis.frames['moments']['count'].sum()):,} answers")
 
 
-def _card(found: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked) -> Card:
+def _card(analysis: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked) -> Card:
     strip = [
         row
-        for row in found.contrasts.to_dict("records")
+        for row in analysis.contrasts.to_dict("records")
         if row["factor"] == finding.factor and (finding.factor == MODEL or row["measure"] == finding.measure)
     ]
     means = [(row["difference"], row["low"], row["high"]) for row in strip]
     rows = strip_rows([_mark(row, marks) for row in strip], [[] for _ in strip], means)
-    where, replies = _example(found.frames["moments"], finding, marks, looked)
+    where, replies = _example(analysis.frames["moments"], finding, marks, looked)
     return Card(finding, tested(finding), tuple(rows[:MOST_ROWS]), max(0, len(rows) - MOST_ROWS), where, replies)
 
 
@@ -163,7 +163,10 @@ def _replies(
         if answer.format == 0
     }
     first, second = (
-        next((one.text or "" for one in sorted(answers.get(side, ()), key=lambda one: one.choice != choice)), "")
+        next(
+            (answer.text or "" for answer in sorted(answers.get(side, ()), key=lambda answer: answer.choice != choice)),
+            "",
+        )
         for side, choice in zip(sides, choices, strict=True)
     )
     return first, second

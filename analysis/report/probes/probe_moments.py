@@ -81,9 +81,9 @@ class Shown:
     columns: tuple[Column, ...]
 
 
-def furthest(looked: Looked, found: Mapping[MomentKey, Apart]) -> list[Shown]:
+def furthest(looked: Looked, distances: Mapping[MomentKey, Apart]) -> list[Shown]:
     """Return the moments in which the models differ most: by the distance between them minus the distance by chance."""
-    return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
+    return [_shown(looked, key, gap) for key, gap in list(distances.items())[:SHOWN]]
 
 
 def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
@@ -126,11 +126,11 @@ def _picture(looked: Looked, place: int) -> tuple[str, str]:
 def _column(model: str, replies: Sequence[Any], expected: Mapping[str, float]) -> Column:
     choices = Counter(reply.choice for reply in replies)
     counted = [(choice, f"{count} of {len(replies)}", 100 * count / len(replies)) for choice, count in _most(choices)]
-    told = [(choice, f"{share:.0%} expected", 100 * share) for choice, share in _most(expected)]
+    lines = [(choice, f"{share:.0%} expected", 100 * share) for choice, share in _most(expected)]
     texts = Counter((reply.choice, reply.text) for reply in replies)
     return Column(
         model,
-        tuple(told or counted),
+        tuple(lines or counted),
         tuple(
             Reply(choice, "(the text of this reply was not recorded)" if text is None else text, count)
             for (choice, text), count in texts.most_common()
@@ -139,7 +139,7 @@ def _column(model: str, replies: Sequence[Any], expected: Mapping[str, float]) -
 
 
 def _most(choices: Mapping[str, float]) -> list[tuple[str, float]]:
-    return sorted(choices.items(), key=lambda one: (-one[1], one[0]))
+    return sorted(choices.items(), key=lambda item: (-item[1], item[0]))
 
 
 def _text(messages: Sequence[Mapping[str, Any]]) -> str:

@@ -38,25 +38,25 @@ def write_probe_report(
         RecordError: a recorded file is damaged.
     """
     check_out(out)
-    found = analyze_probe(folder, family, only=only, without=without, plots=False)
-    path, pictures = out or folder.report_file, found.path / "plots"
-    drawn = shapes(pictures_of(found.frames, found.contrasts), pictures, path.resolve().parent)
-    write_page(path, rendered("probe.html", _content(folder, found, looked) | {"shapes": drawn}))
+    analysis = analyze_probe(folder, family, only=only, without=without, plots=False)
+    path, pictures = out or folder.report_file, analysis.path / "plots"
+    drawn = shapes(pictures_of(analysis.frames, analysis.contrasts), pictures, path.resolve().parent)
+    write_page(path, rendered("probe.html", _content(folder, analysis, looked) | {"shapes": drawn}))
     ends = [run.summary() for run in folder.runs()]
     complete = sum(end is not None and end.status == COMPLETE for end in ends)
     return Report(path, len(ends), complete, pictures, (folder,) if complete < len(ends) else ())
 
 
-def _content(folder: SweepFolder, found: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
+def _content(folder: SweepFolder, analysis: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
     return {
         "title": folder.path.resolve().name,
-        **first_screen(folder, found, looked),
-        "summary": found.summary,
-        "moments": furthest(looked, found.furthest),
-        "limits": [*found.notes, *limits(found.frames)],
-        "unread": unread_grid(found.frames["moments"]),
+        **first_screen(folder, analysis, looked),
+        "summary": analysis.summary,
+        "moments": furthest(looked, analysis.furthest),
+        "limits": [*analysis.notes, *limits(analysis.frames)],
+        "unread": unread_grid(analysis.frames["moments"]),
         "determinism": determinism_grid([folder]),
-        "tables": [(table.name, grid_of(table)) for table in found.tables],
+        "tables": [(table.name, grid_of(table)) for table in analysis.tables],
         "asked": commands_of([folder]),
     }
 

@@ -81,7 +81,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
         return dict.fromkeys(MEASURES, np.nan) | {"n_evenings": 0.0, "n_agents": 0.0}
     attendance, crowded = went / number, went / number > capacity
     nearness = _score(np.abs(attendance - capacity), capacity)
-    of_coins = _score(np.array([coins_off(int(one), capacity) for one in number]), capacity)
+    of_coins = _score(np.array([coins_off(int(tonight), capacity) for tonight in number]), capacity)
     acted = counts.sum(axis=0)
     own = goes.sum(axis=0) / np.maximum(acted, 1)
     deviations = np.where(counts, goes - own, 0.0)

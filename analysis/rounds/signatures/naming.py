@@ -97,5 +97,5 @@ def _most(named: tuple[str, int]) -> tuple[int, str]:
 def _minority(run: RoundsRun) -> dict[str, float]:
     name = run.world["committed_name"]
     asked = (run.kind == SAY) & (run.step == run.steps) & run.readable
-    found = ratio(float((run.action[asked] == name).sum()), float(asked.sum())) if name is not None else np.nan
-    return {"committed_share": found, "turned": np.nan if np.isnan(found) else float(found > 0.5)}
+    share = ratio(float((run.action[asked] == name).sum()), float(asked.sum())) if name is not None else np.nan
+    return {"committed_share": share, "turned": np.nan if np.isnan(share) else float(share > 0.5)}

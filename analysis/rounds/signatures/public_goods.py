@@ -67,7 +67,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
     shares = np.divide(given, had, out=np.full(given.shape, np.nan), where=some)
     acted = counts.any(axis=0)
     riders = acted & (np.where(counts, given, 0) == 0).all(axis=0)
-    found = {
+    measures = {
         "score": 100 * (1 - mean(shares[some])),
         "contribution": mean(given[counts]),
         "trend": _trend(shares),
@@ -79,7 +79,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
         "n_rounds": float(counts.any(axis=1).sum()),
         "n_agents": float(acted.sum()),
     }
-    return found | (_punishment(run, given) if PUNISH in run.declared.actions else {})
+    return measures | (_punishment(run, given) if PUNISH in run.declared.actions else {})
 
 
 def _trend(shares: FloatArray) -> float:
@@ -103,11 +103,11 @@ def _conditional(given: FloatArray, counts: BoolArray) -> float:
     others = (known.sum(axis=1, keepdims=True) - known)[:-1] / (given.shape[1] - 1)
     products = squares = 0.0
     for agent in range(given.shape[1]):
-        kept = np.flatnonzero(counts[1:, agent])
-        if len(kept) > 2:
-            line = np.linalg.qr(np.column_stack([np.ones(len(kept)), kept - kept.mean()]))[0]
-            seen = others[kept, agent] - line @ (line.T @ others[kept, agent])
-            products += float(seen @ known[kept + 1, agent])
+        rounds = np.flatnonzero(counts[1:, agent])
+        if len(rounds) > 2:
+            line = np.linalg.qr(np.column_stack([np.ones(len(rounds)), rounds - rounds.mean()]))[0]
+            seen = others[rounds, agent] - line @ (line.T @ others[rounds, agent])
+            products += float(seen @ known[rounds + 1, agent])
             squares += float(seen @ seen)
     return ratio(products, squares) if squares > 1e-9 else math.nan
 

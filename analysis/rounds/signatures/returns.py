@@ -34,5 +34,5 @@ def measure(run: RoundsRun) -> dict[str, float]:
     lines = sorted(run.streams[STREAM], key=lambda line: int(line["agent"]))
     totals = np.array([line["total"] for line in lines], dtype=np.float64)
     turns = np.array([line["turns"] for line in lines], dtype=np.float64)
-    found = {"mean": totals.mean(), "first": totals[0], "turns": turns.mean()}
-    return {name: float(value) for name, value in found.items()} | {"n_agents": float(totals.size)}
+    measures = {"mean": totals.mean(), "first": totals[0], "turns": turns.mean()}
+    return {name: float(value) for name, value in measures.items()} | {"n_agents": float(totals.size)}

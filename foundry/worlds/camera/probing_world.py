@@ -182,7 +182,7 @@ class MapProbeScenario(ThingsScenario):
             facing = end.yaw + self.things.aside(target.name, end)
             frames = along(start, points, facing, self.probing.frames)
             walk = Walk(self.things, frames)
-            probes = [one for kind in self.probing.questions if (one := ask(kind, walk, drawn)) is not None]
+            probes = [question for kind in self.probing.questions if (question := ask(kind, walk, drawn)) is not None]
             if len(probes) == len(self.probing.questions):
                 return Prepared(frames, [encoded_view(self.surroundings, pose) for pose in frames], probes)
             allowed |= {probe.kind for probe in probes}

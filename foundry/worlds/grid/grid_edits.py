@@ -166,7 +166,7 @@ def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float
     if max(abs(x), abs(y)) > observation["half_size"] or distance > fire["radius"]:
         return None
     moved = {**fire, "x": x, "y": y, "distance": distance}
-    return {**observation, "fires": [moved if one is fire else one for one in fires]}
+    return {**observation, "fires": [moved if seen_fire is fire else seen_fire for seen_fire in fires]}
 
 
 MOVES = {r"fires\.-?\d+\.distance": fire_moved}

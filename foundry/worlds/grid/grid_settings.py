@@ -244,11 +244,13 @@ def _check_ground(settings: GridSettings) -> None:
             if cell not in grid:
                 raise InputError(f"{where} is at {list(cell)}, beyond the grid (world.half_size={settings.half_size}).")
     taken: dict[Cell, str] = dict.fromkeys(settings.ground.walls, "a wall")
-    for one in settings.exits:
-        for cell in one.cells:
+    for exit_zone in settings.exits:
+        for cell in exit_zone.cells:
             if cell in taken:
-                raise InputError(f"Exit '{one.name}' and {taken[cell]} share the cell {list(cell)}. Move one of them.")
-            taken[cell] = f"exit '{one.name}'"
+                raise InputError(
+                    f"Exit '{exit_zone.name}' and {taken[cell]} share the cell {list(cell)}. Move one of them."
+                )
+            taken[cell] = f"exit '{exit_zone.name}'"
 
 
 def _check_living(settings: GridSettings) -> None:

@@ -110,8 +110,8 @@ class Explicit(Layout):
 
 def _draw_free(rng: Generator, field: Field, count: int) -> IntArray:
     """Return `count` random cells outside all places, shape (count, 2)."""
-    found = np.empty((0, 2), dtype=np.int64)
-    while len(found) < count:
+    drawn = np.empty((0, 2), dtype=np.int64)
+    while len(drawn) < count:
         cells = rng.integers(-field.half_size, field.half_size, size=(count, 2), endpoint=True)
-        found = np.concatenate([found, cells[field.is_free(cells)]])
-    return found[:count]
+        drawn = np.concatenate([drawn, cells[field.is_free(cells)]])
+    return drawn[:count]

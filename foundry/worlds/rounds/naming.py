@@ -230,23 +230,23 @@ class _Episode:
             protocol=SPEAKER if rules.speaks else BOTH,
         )
 
-    def _met(self, pair: _Pair, one: str | None, other: str | None) -> Meeting:
+    def _met(self, pair: _Pair, mine: str | None, other: str | None) -> Meeting:
         """Return the record of an interaction, and add the interaction to the memory of both agents."""
         first, second = self._namers[pair.first], self._namers[pair.second]
-        equal = one is not None and (one in second.known if self._rules.speaks else one == other)
-        if self._rules.speaks and one is not None:
-            _learn(first, second, one, equal=equal)
+        equal = mine is not None and (mine in second.known if self._rules.speaks else mine == other)
+        if self._rules.speaks and mine is not None:
+            _learn(first, second, mine, equal=equal)
         meeting = Meeting(
             step=self._table.step,
             number=pair.number,
             first=pair.first,
             second=pair.second,
-            first_name=one,
+            first_name=mine,
             second_name=other,
             equal=equal,
         )
         points = self._points(meeting)
-        for namer, own, heard in ((first, one, other), (second, other, one)):
+        for namer, own, heard in ((first, mine, other), (second, other, mine)):
             namer.memory.append({"own": own, "other": heard, "points": points})
             namer.met += 1
             namer.points += points

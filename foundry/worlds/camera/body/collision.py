@@ -79,15 +79,15 @@ class Ground:
             return np.full(len(points), self.floor_height)
         flat = self.surfaces.flat(near)
         heights = self.surfaces.heights(points, flat)
-        found: list[float] = []
+        levels: list[float] = []
         for point, column in zip(points, heights, strict=True):
             floor = _highest(column, body.stride(foot_z))
             if floor is None:
                 floor = self._bridge(point, foot_z, flat, body)
             if floor is None:
                 break
-            found.append(foot_z := floor)
-        return np.array(found)
+            levels.append(foot_z := floor)
+        return np.array(levels)
 
     def _bridge(self, point: FloatArray, foot_z: float, near: IntArray, body: Body) -> float | None:
         """Return the height of a foot over a gap in the floor that is narrower than the body's radius, else None."""

@@ -163,11 +163,11 @@ def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]
 
 def batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
     """Return the visible meshes in groups that can be drawn at once, the opaque groups first."""
-    found: dict[tuple[object, ...], list[SceneMesh]] = {}
+    batch_meshes: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
         if mesh.opacity > 0:
-            found.setdefault((mesh.opacity, id(mesh.texture), mesh.wrap), []).append(mesh)
-    return sorted(found.values(), key=lambda batch: -batch[0].opacity)
+            batch_meshes.setdefault((mesh.opacity, id(mesh.texture), mesh.wrap), []).append(mesh)
+    return sorted(batch_meshes.values(), key=lambda batch: -batch[0].opacity)
 
 
 def id_actor(meshes: Sequence[SceneMesh]) -> Any:

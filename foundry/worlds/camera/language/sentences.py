@@ -156,12 +156,12 @@ def with_amounts(tokens: Sequence[Token]) -> list[Token]:
     merged: list[Token] = []
     position = 0
     while position < len(tokens):
-        found = _amount(tokens, position)
-        if found is None:
+        read = _amount(tokens, position)
+        if read is None:
             merged.append(tokens[position])
             position += 1
         else:
-            amount, position = found
+            amount, position = read
             merged.append(amount)
     return merged
 

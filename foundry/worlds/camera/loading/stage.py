@@ -224,7 +224,7 @@ def label_of(prim: Any, values: Values) -> str | None:
 
 def _semantic_label(prim: Any, values: Values) -> str | None:
     attributes = prim.GetAuthoredPropertiesInNamespace("semantics:labels")
-    for attribute in sorted(attributes, key=lambda one: (one.GetName() != _OURS, one.GetName())):
+    for attribute in sorted(attributes, key=lambda attribute: (attribute.GetName() != _OURS, attribute.GetName())):
         label = values.first_text(attribute)
         if label:
             return label
