@@ -97,7 +97,7 @@ def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
 
 
 def off_the_loop(work: Callable[[], T], stop: Callable[[], None] = lambda: None) -> T:
-    """Do the work in this thread, or in a new thread if an event loop runs here, as in a notebook.
+    """Call `work` in this thread, or in a new thread if an event loop runs in this one, as in a notebook.
 
     Args:
         work: function that does the work and returns its result.

@@ -217,7 +217,7 @@ def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[in
 
 
 def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str]) -> Shares:
-    """Return the probability of each label: the sum over the tokens that begin this label and no other."""
+    """Return the probability of each label: the sum over the tokens with which this label, and no other, begins."""
     shares = dict.fromkeys(labels, 0.0)
     for token, chance in chances.items():
         rest = token.removeprefix(before)

@@ -48,7 +48,7 @@ class ProgressDisplay:
         each_run: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Prepare progress bars, which are not shown yet.
+        """Prepare progress bars without showing them.
 
         Args:
             folder: the sweep.

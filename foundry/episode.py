@@ -20,7 +20,7 @@ from foundry.worlds.base import Ahead, Answer, Asked, Question, World
 
 
 class Recorder(Protocol):
-    """Stores the records of an episode."""
+    """Stores the records, calls and pictures of an episode."""
 
     def append(self, records: Sequence[Record]) -> None:
         """Store records of the world."""
@@ -177,7 +177,7 @@ class _Episode:
         return any(answer.inference_s and not reply.cached for answer, reply in zip(answers, replies, strict=True))
 
     def keep(self, calls: Sequence[Call], answers: Sequence[Answer]) -> None:
-        """Advance the world by one round, and record the round."""
+        """Give the world the answers of one round; store its calls, its records and, if due, a picture."""
         before = self.world.step
         self.recorder.append_calls(calls)
         self.recorder.append(self.world.advance(answers))
@@ -187,7 +187,7 @@ class _Episode:
 
 
 class _AskedAhead:
-    """Plays an episode to its end: asks each question as soon as it is known, and records whole rounds in order."""
+    """Plays an episode to its end: asks each question as soon as the world knows it, and records rounds in order."""
 
     def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
         self._episode = episode

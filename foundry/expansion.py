@@ -89,7 +89,7 @@ class Sweep:
         return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
 
     def model_names(self) -> list[str]:
-        """Return the models by their first run; this order determines their colours and markers in plots."""
+        """Return the models' names in the order of their first runs. The models' colours depend on this order."""
         first = dict.fromkeys(run.condition for run in self.runs)
         return list(dict.fromkeys(str(self.conditions[number].config["model"]["name"]) for number in first))
 
@@ -131,7 +131,7 @@ def overridden(overrides: Iterable[str]) -> set[str]:
 
 
 def has_range(override: str) -> bool:
-    """Return whether the override gives several seeds, as a range or a list."""
+    """Return whether an override such as `seed=0-9` or `seed=1,4` gives several seeds."""
     key, equals, value = override.partition("=")
     return bool(equals) and key.lstrip("+") in SEED_KEYS and ("," in value or bool(_RANGE.search(value)))
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 FAR = 1 << 40
-"""Stands for the distance between an agent and an exit that it cannot reach."""
+"""A huge distance: the one between an agent and an exit that the agent cannot reach."""
 
 
 @dataclass(frozen=True, slots=True)

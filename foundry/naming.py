@@ -1,6 +1,6 @@
 """Finds the current class for an import path in a recorded sweep, and names the subjects of probes.
 
-Run ids and keys of answers use the first path that a class had, so they stay valid if the class moves.
+Run ids and keys of cached answers use the oldest import path of a class, so they stay valid if the class moves.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class Subject(NamedTuple):
 
 
 def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
-    """Name each subject by its model, and by its prompt or sampling seed if subjects differ in them."""
+    """Return a name for each subject: its model, with prompt or sampling seed if these differ between subjects."""
     distinct = sorted(set(subjects))
     places = [
         place

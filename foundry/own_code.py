@@ -49,7 +49,7 @@ def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
 
 
 def folders_last(argv: Sequence[str]) -> list[str]:
-    """Move your own folders to the end of a command line, each as a flag and its value.
+    """Move the flags with your own folders to the end of a command line, as `--config-dir FOLDER` for each.
 
     Hydra does not accept overrides on both sides of a flag.
     """

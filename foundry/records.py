@@ -18,7 +18,7 @@ NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class Outcome(StrEnum):
-    """The outcome of a model call. Unless the outcome is `chosen` or `repaired`, the agent stays where it is."""
+    """The outcome of a model call. With any outcome but `chosen` and `repaired`, the reply chooses no action."""
 
     CHOSEN = "chosen"  # parsed as requested
     REPAIRED = "repaired"  # found by the fallback parser
@@ -56,7 +56,7 @@ class Counts(msgspec.Struct, kw_only=True):
 
 
 def reused_share(counts: Iterable[Counts]) -> float | None:
-    """Return the share of prompt tokens that servers had in their own caches; None if no server reports it."""
+    """Return the share of prompt tokens that servers took from their prompt caches; None if no server reports it."""
     counted = [count for count in counts if count.cached_tokens is not None]
     prompt_tokens = sum(counts.prompt_tokens for counts in counted)
     return sum(counts.cached_tokens or 0 for counts in counted) / prompt_tokens if prompt_tokens else None
@@ -130,7 +130,7 @@ SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
 
 
 def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
-    """Return the choice in a line of `steps.jsonl`, as the tables of probes name it.
+    """Return the choice that a line of `steps.jsonl` contains, under the name that probes give it.
 
     Args:
         line: a line with `kind`, `action`, `outcome` and `message`.

@@ -123,7 +123,7 @@ class Distance:
 
     @classmethod
     def between(cls, first: Sequence[Sign], second: Sequence[Sign]) -> "Distance":
-        """Measure the distance between replies to the same prompts, by all tokens up to the first different text."""
+        """Measure the distance between replies to the same prompts, from their tokens up to the first that differs."""
         pairs = list(zip(first, second, strict=True))
         places = [place for sign, other in pairs for place in _same_context(sign.tokens, other.tokens)]
         gaps = [abs(here.top[token] - other.top[token]) for here, other in places for token in _shared(here, other)]
@@ -138,7 +138,7 @@ class Distance:
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict on the weights, by log-probabilities if they are reported, else by the texts."""
+        """The verdict on the weights: from log-probabilities or, if none are reported, from the texts."""
         if self.shared is None:
             return Verdict.UNDECIDED if self.text is None else _judged(self.text, SAME_TEXT, OTHER_TEXT)
         by_shared = _judged(self.shared, SAME_SHARED, OTHER_SHARED)

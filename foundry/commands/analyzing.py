@@ -193,7 +193,7 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
 
 
 def _places(asked: str | None) -> set[Path]:
-    """Return the folders in outputs/ and beside the new sweep's folder, which may be sweeps with the same runs."""
+    """Return the folders that may be sweeps with the same runs: those in outputs/ and beside the new sweep's folder."""
     from foundry.composing.preparing import OUTPUTS
 
     return {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from analysis.filtering import Filter
 
 _MOST_ADVICE = 3
-"""Maximum number of pairs of conditions with a recommendation; pairs that need the most seeds come first."""
+"""Maximum number of pairs of conditions with a recommendation: the pairs that need the most seeds."""
 _FIRST = ("measure", "contrast", "pairs", "sd", "difference")
 _COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
 _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
@@ -68,7 +68,7 @@ def show_seeds(
 
 
 def show_labels(folder: Path, name: str, power: float) -> None:
-    """Print how many texts people must label to find a difference between two models, judged by a pilot."""
+    """Print how many texts people must label to find a difference between two models; estimate this from a pilot."""
     from analysis.labelling.planning import labels_needed
     from foundry.display import frame_table
     from foundry.labels.definition import label_named

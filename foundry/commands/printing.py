@@ -74,7 +74,7 @@ def only_json(asked: bool) -> Iterator[None]:
 
 
 def print_json(value: Any) -> None:
-    """Print a value as one JSON object: NaN as null, a path as text, a NumPy number as its value."""
+    """Print a value as one JSON object; NaN becomes null, a path becomes a text, and a NumPy number a JSON number."""
     encoded = msgspec.json.encode(
         value, enc_hook=lambda number: number.item() if hasattr(number, "item") else str(number)
     )

@@ -85,7 +85,7 @@ def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) ->
 
 
 _ROWS = 20
-"""Maximum number of steps in the table of a comparison."""
+"""Maximum number of rows (steps) in the table that compares two runs."""
 
 
 @app.command(rich_help_panel=TRUST)

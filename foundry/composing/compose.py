@@ -247,7 +247,7 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _value(config: Mapping[str, Any], key: str) -> Any:
-    """Return the value of a swept key in a configuration; for a group, the name of the chosen option."""
+    """Return the value of a swept key in a configuration. If the key is a group, such as `world`, return its name."""
     if key == FORMAT:
         return format_of(config["prompt"])
     value: Any = config
@@ -293,7 +293,7 @@ def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -
 
 
 def _open_setting(key: str) -> InputError:
-    """Return the error for a setting without a value; for a model, it names both ways to give the value."""
+    """Return the error for a setting without a value. For a model, the error names two ways to give this value."""
     group, _, name = key.rpartition(".")
     way = f"write {group}=<backend>/<{name}>, or" if group == "model" else "give it a value:"
     return InputError(f"{key} has no value: {way} {key}=...")
@@ -341,7 +341,7 @@ def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str
 
 
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return the settings at the level of a missing one; for `world.agent`, these are the settings of the world."""
+    """Return the settings beside a missing one: for `world.agent`, the settings directly below `world`."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

@@ -23,7 +23,7 @@ _SERVER = "model.server"
 
 @dataclass(frozen=True)
 class Defaults:
-    """The content of a user's file of defaults.
+    """The content of the file with a user's own defaults.
 
     Attributes:
         choices: by group, the option that replaces the shipped default.

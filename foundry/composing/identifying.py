@@ -1,4 +1,4 @@
-"""Identifies a server's weights by canary calls, if it reports no digest and had other weights before."""
+"""Finds out by canary calls which weights a server has, if it reports no digest and had other weights before."""
 
 import asyncio
 import contextlib

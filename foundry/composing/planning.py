@@ -216,7 +216,10 @@ def find_prompt(
     agent: int,
     kind: str | None,
 ) -> FoundPrompt:
-    """Return the prompt of an agent at a step of the first run, by default of its action or its first question."""
+    """Return the prompt of one question in the first run, given its step, agent and kind.
+
+    Without `kind`, it is the question for an action or, if the world has none, of the first kind.
+    """
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)

@@ -22,7 +22,7 @@ MAX_STEPS = 4
 
 
 def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Sequence[Question]) -> None:
-    """Raise an error if the world can read some of a schema's choices, but not all of them."""
+    """Raise an error if the world can read some, but not all, of the choices that a model's schema allows."""
     if type(scenario).read is Scenario.read:
         return
     held = [(schemas[asked.kind], asked) for schemas in _schemas(model) for asked in questions if asked.kind in schemas]

@@ -148,7 +148,7 @@ class Checked:
 
 
 def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> Checked:
-    """Check everything that can be wrong with a sweep; `place` returns the same sweep with paths of this machine."""
+    """Check everything that can be wrong with a sweep. `place` puts paths of this machine into the sweep."""
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")
     sweep = composed.sweep
@@ -183,7 +183,7 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 
 
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
-    """Return the facts with the digest from the sweep's beginning, so that the keys of cached answers do not change."""
+    """Return a model's facts, with the digest that was recorded when the sweep began, so cached answers stay valid."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
     same = with_weights(info, digest or "")
     return replace(same, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))

@@ -75,7 +75,7 @@ def answers_the_world(case: ModelCase) -> None:
 
 
 def says_its_parameters(case: ModelCase) -> None:
-    """`parameters()` is plain JSON and always the same."""
+    """`parameters()` returns values that JSON can represent, and always the same ones."""
     try:
         first, second = (msgspec.json.encode(case.make().parameters(), order="deterministic") for _ in range(2))
     except (TypeError, ValueError) as error:

@@ -147,7 +147,7 @@ def reads_the_options_it_offers(case: WorldCase) -> None:
 
 
 def reads_its_idle_reply(case: WorldCase) -> None:
-    """The world reads the idle reply to a question as the declared idle action."""
+    """The world reads the idle reply of a question as the action that it declares as idle."""
     places = [place for place in _places(case) if place.question.idle is not None]
     if not places:
         raise Skipped(

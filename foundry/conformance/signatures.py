@@ -32,7 +32,10 @@ from foundry.storing.store import RunFolder, SweepFolder
 SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
 """Seeds for most checks, and seeds for the runs of scripted/random that test the nulls of measures."""
 FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
-"""To compare means with nulls: minimum number of runs, level, and ignored bias as a share of half the range."""
+"""For the comparison of means with nulls: minimum number of runs, confidence level, and tolerated difference.
+
+The tolerated difference is a share of half the range of the measure.
+"""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
 """Prefix of measures that are counts, such as the number of decisions behind a share."""

@@ -200,7 +200,7 @@ def has_a_persona_for_every_agent(case: WorldCase) -> None:
 
 
 def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
-    """`strata(question)` returns texts or flags, with the same names for all questions of a kind."""
+    """`strata(question)` returns values that are texts or flags, under the same names for all questions of a kind."""
     names: dict[str, set[str]] = {}
     for question in case.usual.questions:
         strata = case.scenario.strata(question)
@@ -214,7 +214,7 @@ def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
 
 
 def keeps_its_secrets(case: WorldCase) -> None:
-    """No key of the secret data, which only scripted policies may read, is also in the observation."""
+    """The observation has no key of the question's secret data, which only scripted policies may read."""
     questions = [question for question in case.usual.questions if question.secret is not None]
     if not questions:
         raise Skipped("its questions have no secret")
@@ -323,7 +323,7 @@ def decides_as_declared(case: WorldCase) -> None:
 
 
 def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
-    """Return the declared actions for the question behind a record; None if the world declares none."""
+    """Return the declared actions for the question that a record answers; None if the world declares none for it."""
     kind = getattr(row, "kind", None)
     if kind is None and len(actions) == 1:
         return next(iter(actions.values()))

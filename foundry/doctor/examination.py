@@ -47,7 +47,7 @@ CUT_BEYOND = 8
 
 
 class Status(StrEnum):
-    """Says whether a check passed."""
+    """The result of a check before a sweep."""
 
     OK = "ok"
     WARNING = "warning"  # the sweep would run, but its numbers may be misleading
@@ -219,7 +219,7 @@ async def _canary(model: Model, info: ModelInfo, cache: str) -> AsyncIterator[Fi
 
 
 async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
-    """Let the server count the tokens of the longest possible prompt, and compare them with the context."""
+    """Let the server count the tokens of the longest possible prompt, and compare them with the context length."""
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
     try:

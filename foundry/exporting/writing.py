@@ -37,14 +37,14 @@ _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exportin
 
 @dataclass(frozen=True)
 class ExportedRun:
-    """An ended run, and the scrubber that removes traces of this machine from it."""
+    """An ended run, with a function that removes paths, user names and servers of this machine from its texts."""
 
     folder: RunFolder
     summary: RunSummary
     scrubber: Scrubber
 
     def calls(self) -> Iterator[Call]:
-        """Yield the logged calls without traces of this machine."""
+        """Yield the logged calls without paths, user names and servers of this machine."""
         for call in self.folder.calls():
             scrubbed = self.scrubber.call(call)
             self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(scrubbed))

@@ -18,7 +18,7 @@ _LETTERS = {YES: "y", "no": "n", UNCLEAR: "u"}
 
 
 class Shown(msgspec.Struct, frozen=True, kw_only=True):
-    """A text as a person sees it.
+    """A text to label, with all that the person sees beside it.
 
     Attributes:
         question: the line of the label's question that has a question mark.

@@ -34,7 +34,7 @@ _BEGINS = b'{"item":'
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
-    """A line of a person's file.
+    """A line of the file with one person's labels.
 
     Attributes:
         item: name of the text (`Item.id`).

@@ -159,7 +159,7 @@ def _heard_in(run: RunFolder) -> Iterator[tuple[int, int, str]]:
 
 
 def _decisions_in(run: RunFolder) -> Iterator[Item]:
-    """Yield the replies to questions for which the world declares actions, without empty replies."""
+    """Yield the replies that are not empty to questions for which the world declares actions."""
     actions = {kind: declared_actions.labels for kind, declared_actions in run.declared.actions.items()}
     only = next(iter(actions)) if len(actions) == 1 else ""
     lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))

@@ -103,7 +103,7 @@ def _strata_of(label: Label, items: Sequence[Item]) -> list[str]:
 
 
 def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable[str], per_model: int | None) -> Sample:
-    """Return the sample with more texts: from runs that are new, and from known runs if `per_model` is larger now.
+    """Return the sample with more texts: from new runs and, if `per_model` has grown, from runs that it already covers.
 
     No text ever leaves a sample.
 

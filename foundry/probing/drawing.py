@@ -48,7 +48,7 @@ class Past:
         return cls(run.run.seed, [_bare(call) for call in run.calls()])
 
     def up_to(self, step: int) -> "Past":
-        """Return the calls up to a step."""
+        """Return the same past, with only the calls up to and including a step."""
         return Past(self.seed, [call for call in self.calls if call.step <= step])
 
     def said(self) -> list[Said]:
@@ -140,7 +140,7 @@ def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generato
 
 
 def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield one moment of each group in turn; the order within a group is random."""
+    """Yield all moments: in turn one of each group, in random order within a group."""
     shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 

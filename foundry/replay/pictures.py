@@ -30,7 +30,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """The layout of a picture with several runs: the pixels of each run's part, and the lines of text below it."""
+    """The layout of a picture with several runs: the size of each run's part, and the number of text lines below it."""
 
     room: tuple[int, int] | None = None
     lines: int = 0
@@ -70,7 +70,7 @@ def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterato
 
 
 def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet:
-    """Return the layout of a film: the sizes of its first pictures, and as many lines as its longest text needs."""
+    """Return the layout of a film: the size of its first pictures, and the number of lines of its longest text."""
     opened = [Image.open(io.BytesIO(_picture(run, steps[0]))) for run in recordings]
     spoken = (len(_told(run, step)) for run in recordings for step in steps)
     return _Sheet(largest(opened), min(LINES, 2 * max(spoken)))

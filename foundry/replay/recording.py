@@ -104,7 +104,7 @@ def picture_of(recording: Recording, redrawing: Redrawing, step: int) -> bytes:
 
 @contextlib.contextmanager
 def _drawing(recording: Recording) -> Iterator[None]:
-    """Turn any error in the code of a world into one line that names the world."""
+    """Within this context, turn any error in a world's code into an error whose message is one line with its name."""
     try:
         yield
     except FoundryError:

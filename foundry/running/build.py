@@ -121,7 +121,7 @@ def each_info(info: ModelInfo) -> Iterator[ModelInfo]:
 def _stacked(
     model: Model, answers: Callable[[], Answers], info: ModelInfo | None, limit: Callable[[InFlight], Limit]
 ) -> Model:
-    """Add a cache, a warm-up, a limit on calls, retries and a check of the weights to a model that costs something."""
+    """Add a cache, a warm-up, a limit on calls, repetitions and a check of the weights to a model whose calls cost."""
     if not model.costs:
         return model
     serving = serving_of(model)

@@ -132,7 +132,7 @@ def scheduler_lost() -> Callable[[], bool]:
 
 
 def check_cache(sites: Mapping[str, Site], cache: str) -> None:
-    """Raise an error if several machines would write to a cache that is a file."""
+    """Raise an error if several machines would write to the same answer cache and this cache is a file."""
     hosts = {site.host for site in sites.values()} | {socket.gethostname()}
     if len(hosts) > 1 and not is_database(cache):
         raise InputError(

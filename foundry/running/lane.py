@@ -50,7 +50,7 @@ RETRY_CLAIM_S = 0.25
 WAITING = "waiting: another process is playing the remaining runs of %s; press Ctrl-C to stop waiting"
 MOST_NOTES = 20
 MOST_OPEN = 64
-"""Maximum number of runs that a worker plays at once to keep a server busy; each has a few open files."""
+"""Maximum number of runs that a worker plays at once to keep a server busy; each run keeps a few files open."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Notes(logging.Handler):
 
 @dataclass(frozen=True)
 class Played:
-    """A run that this worker has played, or began to play before it was stopped.
+    """A run that this worker has played to its end, or had begun when the worker was stopped.
 
     Attributes:
         started: time of the start, ISO 8601, UTC.

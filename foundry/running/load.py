@@ -95,7 +95,7 @@ async def measure_load(model: Model, requests: Sequence[Request]) -> LoadResult:
 
 
 def busy_s(ends: Sequence[float], slots: int) -> float:
-    """Return the mean time in which a slot of a server was busy, seconds.
+    """Return how long a slot of a server was busy on average, seconds.
 
     For n slots, this is the mean end of the last n calls. When the very last call ends, the other slots are idle.
 
@@ -118,7 +118,7 @@ def _is_late(burst: Sequence[Timed]) -> bool:
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls a server worked on at once, by the times that it reports, else by the speed-up."""
+    """Return how many calls a server worked on at once: from the times that it reports, or else from the speed-up."""
     if not any("output" in timed.reply.timings for timed in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.

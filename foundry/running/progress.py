@@ -80,7 +80,7 @@ class Totals(Tally):
 
     @property
     def share(self) -> float:
-        """Expected number of calls that a run sends to its server, as a share of its maximum number of calls.
+        """Expected share of a run's maximum number of calls that the run will really send to its server.
 
         It is estimated from the runs of this session. The cache can only answer the calls at the beginning of a run.
         These answers come at once, so an open run has already got them.
@@ -113,7 +113,7 @@ class Totals(Tally):
         return 1 - self.spared / self._ended_most if self._ended_most else 1.0
 
     def merge(self, report: Mapping[str, int]) -> None:
-        """Add the counts in the report of a worker."""
+        """Add the counts in a worker's report to these totals."""
         self.begun = True
         for name, value in report.items():
             setattr(self, name, getattr(self, name) + value)

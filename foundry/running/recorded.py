@@ -204,7 +204,7 @@ class RecordedAsker:
         return [reply.result() for reply in self.begin(requests)]
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
-        """Return the recorded replies, which are all available at once."""
+        """Return a future for each reply. All futures are done already, because the replies are recorded."""
         self.used += len(requests)
         return [there(reply_of(self._call(request))) for request in requests]
 

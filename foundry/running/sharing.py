@@ -26,7 +26,7 @@ SELDOM = 0.5
 
 
 class Part(msgspec.Struct, frozen=True):
-    """The report of a worker about its calls to a server.
+    """A worker's report to the other workers about its calls to one server.
 
     Attributes:
         sums: sums over its calls so far.
@@ -48,10 +48,10 @@ Parts = dict[str, Part]
 
 
 class Group:
-    """The leader's search for the limit of one server: the sums over all calls, and the present limit."""
+    """Searches, in the leading worker, for the best limit on calls in flight to one server, and divides the limit."""
 
     def __init__(self, bounds: InFlight, total: int, *, known: bool = False) -> None:
-        """Begin at the limit `total`; `known` says whether an earlier search for the limit ended there."""
+        """Begin with the limit `total`. `known` says whether an earlier search already found it."""
         self._climb = climb_within(bounds, total, known=known)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}

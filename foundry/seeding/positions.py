@@ -29,7 +29,7 @@ class Positions:
     fires: NDArray[np.int64]
 
     def of(self, world: Settings) -> Settings:
-        """Return a world's settings in which the `center` of each place and the `position` of each fire are set."""
+        """Return a world's settings with these positions: as `center` of the places and `position` of the fires."""
         placed: Any = world
         return msgspec.structs.replace(
             world,

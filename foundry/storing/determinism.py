@@ -69,7 +69,7 @@ class Repeat(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Share(msgspec.Struct, frozen=True):
-    """The number of equal replies, out of a total."""
+    """The number of repeated replies (`of`), and how many of them were equal to the recorded replies (`equal`)."""
 
     equal: int
     of: int
@@ -123,7 +123,7 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
         return self.least.equal == self.least.of
 
     def line(self) -> str:
-        """Return the shares of equal texts and decisions in words."""
+        """Return, in words, how many repeated calls gave the same text and the same decision."""
         alone, loaded = self.alone, self.loaded
         score = f"same text in {alone.texts} calls alone, and in {loaded.texts} calls with {self.at_once} at once"
         if not alone.decisions.of:

@@ -35,7 +35,7 @@ class Growth:
 
     @cached_property
     def new(self) -> frozenset[str]:
-        """Ids of the requested runs that are not recorded."""
+        """Ids of the requested runs that the recorded sweep does not contain yet."""
         return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
 
     def recorded(self, when: str) -> Sweep:
@@ -106,7 +106,7 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
 
 
 def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Return whether two recorded models may have the same weights; flags of the server do not count.
+    """Return whether two recorded models may have the same weights; other facts about the server do not count.
 
     Results of canary calls do not count either, because these calls are made again before any other call.
     """

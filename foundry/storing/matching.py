@@ -23,7 +23,7 @@ def place_of(call: Call) -> Asked:
 
 
 def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
-    """Yield each item of a run with its question, and the number of earlier items with the same question."""
+    """Yield the items of a run, each with its question and with the number of earlier items of this question."""
     counts: Counter[Asked] = Counter()
     for item in items:
         here = place(item)

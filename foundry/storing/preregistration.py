@@ -1,4 +1,4 @@
-"""The plan before the runs (`preregistration.yaml`), and the comparisons that somebody has seen (`looks.jsonl`)."""
+"""Two records of a sweep: its plan (`preregistration.yaml`), and the comparisons seen so far (`looks.jsonl`)."""
 
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -199,7 +199,7 @@ class RunFolder:
 
     @property
     def ending(self) -> str:
-        """A text that changes each time the run ends; "" before its first end."""
+        """A text that changes each time the run ends, also after it was started anew; "" if it has never ended."""
         return stamp_of(self._end_file)
 
     def summary(self) -> RunSummary | None:

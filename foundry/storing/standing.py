@@ -31,7 +31,7 @@ _SHOWN = 160
 """Maximum length of an example of an unreadable reply, characters."""
 _OUTCOME = "outcome"
 _PARTS = ("edit", "format")
-"""Swept settings of a probe: unreadable replies are counted separately for each of their values."""
+"""Swept settings of a probe. Unreadable replies are counted separately for each edit and for each format."""
 
 
 class Standing(msgspec.Struct, kw_only=True):
@@ -212,7 +212,7 @@ def text_of(call: Call) -> str:
 
 
 def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
-    """Yield run, outcome and call of each unreadable reply, up to the first damaged record."""
+    """Yield the run, the outcome and the call of each unreadable reply; stop at the first damaged record."""
     with contextlib.suppress(RecordError):
         for outcome, call in with_calls(_outcomes_in(run), run.calls()):
             if outcome in _UNREAD and call is not None:

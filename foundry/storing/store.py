@@ -259,7 +259,7 @@ class SweepFolder:
         return self.path / MOMENTS_FILE
 
     def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
-        """Write the moments of a probe, and the earlier answers of the runs with these moments.
+        """Write the moments of a probe, and the earlier calls of the runs from which these moments come.
 
         Existing files do not change.
 

@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Drift:
-    """The distance of two runs after a step, over the decisions that both runs have.
+    """The distance of two runs after a step, averaged over the decisions that both runs have.
 
     Attributes:
         step: the step, from 1.
@@ -44,7 +44,7 @@ class Drift:
 
 @dataclass(frozen=True)
 class Parting:
-    """The first differences of two runs; in each, `recorded` is the first run's value.
+    """The first differences of two runs; in each difference, `recorded` is the value of the first given run.
 
     Attributes:
         question: the first question that differs, or that only one run has.
@@ -58,7 +58,7 @@ class Parting:
 
 
 def compare(first: RunFolder, other: RunFolder) -> Parting:
-    """Compare two runs of the same form step by step."""
+    """Compare two runs, whose worlds have the same form, step by step."""
     forms = [run.declared.form for run in (first, other)]
     if forms[0] != forms[1]:
         raise InputError(
@@ -96,7 +96,7 @@ def _decision_of(line: Line) -> Asked:
 
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
-    """Return lines by question and number of earlier equal questions; each line has its number in the file, from 1."""
+    """Return the numbered lines (from 1) of a file, by question and how often this question occurred before."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
 

@@ -64,7 +64,7 @@ class Scrubber:
         return replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a command line without the overrides that concern this machine."""
+        """Return the overrides of a command line, except those that only concern this machine."""
         return tuple(self.text(override) for override in overrides if not _is_of_machine(override))
 
     def check(self, name: str, content: bytes) -> None:

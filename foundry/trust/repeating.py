@@ -229,7 +229,7 @@ def _again(repeatable: Repeatable, scenarios: dict[str, Scenario], reply: Reply)
 
 
 def _decision(repeatable: Repeatable) -> tuple[Line, int] | None:
-    """Return the line with the decision of a call, and its index among the lines of the same question.
+    """Return the recorded line with a call's decision, and the index of this line among all lines of its question.
 
     The repeats of a probe give several such lines. The result is None if the call decides nothing alone, or if it is
     unknown which line is the call's.

@@ -46,7 +46,7 @@ from foundry.trust.summaries import (
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
-"""Errors after the last step of a run; they mean that other weights may have answered."""
+"""Errors with which a run can fail after its last step: other weights may have given its answers."""
 _CHUNKS = 8
 """A worker gets its runs in about this number of groups, one after another."""
 
@@ -104,7 +104,7 @@ class Comparer:
         return sum(self._next.values())
 
     def append(self, records: Sequence[Record]) -> None:
-        """Compare records with the next lines of their files."""
+        """Compare each record of the replay with the next recorded line of its file."""
         self._run.check_declared(record.stream for record in records)
         for record in records:
             record.tally(self.counts)

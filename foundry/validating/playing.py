@@ -73,7 +73,7 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
 
 
 def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
-    """Run one policy, and yield its result for each of its known values."""
+    """Run a policy once, and yield one result for each known value (measure) of it."""
     from analysis.validation.run_values import values_of
 
     one = forms[0]

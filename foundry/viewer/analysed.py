@@ -16,7 +16,7 @@ _COLUMNS = ["step", "agent", "event", "text"]
 
 
 class AnalysedRuns:
-    """Reads the analysis results of a sweep's runs. After a new analysis, the events are read again."""
+    """Reads the results of a sweep's latest analysis for single runs, and reads them again after a new analysis."""
 
     def __init__(self, sweep: CatalogedSweep) -> None:
         self._sweep = sweep
@@ -73,7 +73,7 @@ class AnalysedRuns:
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:
-    """Return, for each run, the range of its rows in the table of events; for a run with several ranges, the first."""
+    """Return the range of each run's rows in the table of events. If a run has several ranges, return the first."""
     import numpy as np
 
     codes, names = runs.indices.to_numpy(), runs.dictionary.to_pylist()

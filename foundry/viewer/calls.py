@@ -134,9 +134,9 @@ class CallLog:
             frame += 1
 
     def _lines(self, frame: int) -> Iterator[bytes]:
-        """Yield the lines of a Zstandard frame in blocks.
+        """Yield the lines of a Zstandard frame in blocks of many lines.
 
-        The last line of a block may be incomplete; the next block begins with the whole line.
+        The last line of a block may be incomplete; then the next block begins with this line as a whole.
         """
         inflate = zstandard.ZstdDecompressor().decompressobj()
         rest = b""

@@ -29,7 +29,7 @@ _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_se
 
 @dataclass
 class CatalogedSweep:
-    """A sweep, with the data that the server has read from its files.
+    """A sweep that the viewer shows, with data that the viewer has already read from its files.
 
     Attributes:
         id: its name in addresses.

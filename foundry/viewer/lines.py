@@ -58,7 +58,7 @@ class StepLines:
 
     @property
     def in_first(self) -> int:
-        """Number of lines of the first step; 0 if there are no lines."""
+        """Number of lines of the first step; 0 if the file has no lines."""
         return self._counted(0)[1]
 
     def _counted(self, place: int) -> tuple[int, int]:
@@ -81,7 +81,7 @@ class StepLines:
             return file.read(end - start)
 
     def _index(self, block: bytes, whole: int) -> None:
-        """Record where each step begins in the first `whole` bytes of a block; bisection finds these places."""
+        """Find by bisection where each step begins in the first `whole` bytes of a block, and store the positions."""
         start, final = 0, self._step_at(block, block.rfind(b"\n", 0, whole - 1) + 1) if whole else 0
         while start < whole:
             step = self._step_at(block, start)

@@ -99,7 +99,7 @@ class RunView(ABC):
 
     @abstractmethod
     def track(self, agent: int) -> dict[str, Any]:
-        """Return the whole path of an agent, and the outcomes of its decisions."""
+        """Return an agent's data over the whole run for the page, such as its path and its decisions' outcomes."""
 
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -110,7 +110,7 @@ class RunView(ABC):
         return iter(())
 
     def totals(self) -> dict[str, Any]:
-        """Return a list of agents. `persona` is an agent's persona, and `counts` are its totals over the run so far."""
+        """Return a list of the agents, each with `persona` and with `counts`: its totals over the run so far."""
         with self._counting:
             self.steps.grow()
             while self._counted < (done := self.done):
@@ -228,7 +228,7 @@ class RunView(ABC):
 
 
 def raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
-    """Mark lines of JSON such that the page gets them unchanged, with all their keys."""
+    """Wrap lines of JSON so that the encoder sends them to the page unchanged, with all their keys."""
     return [msgspec.Raw(line) for line in lines]
 
 

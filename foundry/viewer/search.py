@@ -128,7 +128,7 @@ class TextSearch:
         return {**result, "indexed": indexed, "runs": indexed + due, "unread": list(self._unread.values())}
 
     def _noted(self, query: Query, phrases: str, runs: Collection[str] | None) -> list[_Hit]:
-        """Return the notes whose text, tags and author contain all words."""
+        """Return the notes in whose text, tags and author all searched words occur."""
         notes = notes_of(self.sweep.path).notes
         notes = [note for note in notes if (runs is None or note.run in runs) and _is_asked(note, query)]
         texts = [" ".join([note.text, *note.tags, note.who]) for note in notes]

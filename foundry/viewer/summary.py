@@ -85,7 +85,7 @@ class Summary(msgspec.Struct):
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
-    """Return the measures among `measures` on which claims rest; measures of success come first.
+    """Return the names in `measures` of measures on which claims rest; measures of success come first.
 
     Claims rest on the declared measures. Without a declaration, they rest on the headline measures of the contrasts;
     without contrasts, on the first measure of each signature.

@@ -152,7 +152,7 @@ def _details(condition: ExportedCondition, mean: Mean) -> dict[str, Any]:
 
 
 def _generation(condition: ExportedCondition) -> dict[str, Any]:
-    """Return the sampling parameters of the first call; the other calls of a model only differ in their seeds."""
+    """Return the sampling parameters of the first call; they are equal in all calls of a model, except the seed."""
     call = next((call for run in condition.runs for call in run.calls()), None)
     if call is None:
         return {}

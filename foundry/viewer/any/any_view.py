@@ -162,7 +162,7 @@ class AnyView(RunView):
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the parts of an export: lanes, curves, the world's own record files, and pictures if drawing is quick.
+        """Yield the data of an export: lanes, curves, the world's own record files, and pictures if drawing is quick.
 
         A part that only this form has is yielded for every agent, or for every combination of agents.
         """

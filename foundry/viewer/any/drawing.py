@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from foundry.worlds.base import Redrawing
 
 EXPORTED_S = 10.0
-"""Maximum time for drawing a run's pictures in an export, seconds."""
+"""Maximum time for drawing the pictures of one run for an export, seconds."""
 _KEPT = re.compile(r"frames/step_(\d+)\.png")
 _ONE_AT_A_TIME = threading.Lock()  # most worlds cannot draw in two threads at once
 

@@ -141,7 +141,7 @@ class CameraView(RunView):
         return self.steps.read(first, last).splitlines()
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
-        """Return four marks of each decision: undecided, repaired, stopped by a boundary, at the goal."""
+        """Return four marks of each decision (0 or 1): undecided, repaired, stopped by a boundary, at the goal."""
         rows = self._rows(first, last)
         return {
             "undecided": [int(row.outcome in UNDECIDED) for row in rows],
@@ -151,7 +151,7 @@ class CameraView(RunView):
         }
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the numbers that the page plots over the steps, by their labels."""
+        """Return the curves that the page plots over the steps, by their labels: one number per step."""
         every = self._rows(1, last)
         rows, way = every[first - 1 :], list(accumulate(row.travelled for row in every))[first - 1 :]
         return {

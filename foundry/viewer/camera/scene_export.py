@@ -216,7 +216,10 @@ class _File:
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """Different corners: points (n, 3), linear colours (n, 4), texture coordinates (n, 2); and triangles (m, 3)."""
+    """The n different corners of m triangles: points (n, 3), linear colours (n, 4), texture coordinates (n, 2).
+
+    `triangles` (m, 3) contains the indices of the three corners of each triangle.
+    """
 
     points: npt.NDArray[np.float32]
     colours: UInt8Array
@@ -257,7 +260,7 @@ def _has_holes(pixels: UInt8Array) -> bool:
 
 
 def _encoded(pixels: UInt8Array) -> tuple[str, bytes]:
-    """Return the media type and content of a texture: the smaller one of PNG and JPEG, or PNG if it has holes."""
+    """Return the media type and bytes of a texture: PNG if a pixel is transparent, else the smaller of PNG and JPEG."""
     holes = _has_holes(pixels)
     picture = Image.fromarray(pixels).convert("RGBA" if holes else "RGB")
     picture.thumbnail((LARGEST_PX, LARGEST_PX))

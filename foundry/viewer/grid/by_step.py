@@ -12,7 +12,7 @@ from foundry.viewer.run_view import UNDECIDED, IsWarning
 
 
 class News:
-    """Tracks which agents know of a fire.
+    """Records, step by step, which agents know of a fire.
 
     As in the analysis, agents first perceive, then speak and then hear within a step. An agent can pass news on from
     the step after it was told.

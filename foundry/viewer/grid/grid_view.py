@@ -48,7 +48,7 @@ class _Grid(msgspec.Struct):
 
 
 class _Cell(msgspec.Struct):
-    """A line of `burning.jsonl` (a cell that catches fire) or of `food.jsonl` (a cell with its amount of food)."""
+    """A line of `burning.jsonl` (a cell that catches fire) or of `food.jsonl` (a cell, and how much food is in it)."""
 
     step: int
     x: int
@@ -57,7 +57,7 @@ class _Cell(msgspec.Struct):
 
 
 FURNITURE = ("walls", "exits", "zones", "food", "energy")
-"""Names of the optional parts of a world that the page draws."""
+"""Names of things that only some worlds have and that the page draws."""
 
 
 class GridView(RunView):

@@ -52,7 +52,7 @@ class PrivateHandler(PageHandler):
         self._within(self._post)
 
     def answer_get(self, path: str) -> None:
-        """Answer a request for the path behind the token; by default, send a file of the page."""
+        """Answer a request; `path` is the rest of its address after the token. By default, send a file of the page."""
         file = static_file(path) if path in SHARED else inside(PAGE, path or self.index)
         self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
 
