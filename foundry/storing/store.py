@@ -68,6 +68,8 @@ from foundry.texts import holds_secret, without_secrets
 
 SWEEP_LOCK = "sweep.lock"
 """The lock that a command holds while it reads and rewrites `sweep.yaml`."""
+MOST_NAMED = 10
+"""Maximum number of sweeps that a message names."""
 WAIT_S = 30.0
 """Maximum time for which a command waits for the lock of a sweep, seconds."""
 SCENES_FILE = "scenes.json"
@@ -402,7 +404,8 @@ def _no_sweep(path: Path) -> str:
     if not path.exists():
         return f"Folder '{path}' does not exist. Give the folder of a sweep, such as outputs/<sweep>."
     inside = sorted(entry.parent.name for entry in path.glob("*/sweep.yaml"))
-    hint = f" This folder contains the sweeps {', '.join(inside)}." if inside else ""
+    more = f" and {len(inside) - MOST_NAMED} more" if len(inside) > MOST_NAMED else ""
+    hint = f" This folder contains the sweeps {', '.join(inside[:MOST_NAMED])}{more}." if inside else ""
     return f"'{path}' is not a sweep's folder: it has no sweep.yaml.{hint}"
 
 

@@ -110,6 +110,15 @@ def test_bad_input_gets_one_line_that_says_how_to_go_on(
     assert [entry for entry in workspace.rglob("run.json")] == []
 
 
+def test_a_folder_of_many_sweeps_is_refused_with_some_of_their_names(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    for number in range(12):
+        (workspace / "outputs" / f"sweep{number:02}").mkdir(parents=True)
+        (workspace / "outputs" / f"sweep{number:02}" / "sweep.yaml").touch()
+    assert complain(capsys, "status", "outputs").endswith(" sweep08, sweep09 and 2 more.\n")
+
+
 def test_without_a_server_foundry_alone_says_how_to_go_on(
     workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
