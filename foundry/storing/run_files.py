@@ -37,6 +37,8 @@ FIXTURES = "fixtures"
 """The record file with the positions of places and fires that a 2D world drew at random."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
 _ENCODE = msgspec.json.Encoder().encode
+_READ_AT_ONCE = 1 << 16
+"""Bytes of a log that are unpacked at once; many readers need only the calls of the first steps."""
 T = TypeVar("T")
 
 
@@ -387,7 +389,7 @@ def _whole_lines(reader: Any) -> Iterator[bytes]:
     rest = b""
     while True:
         try:
-            chunk = reader.read(1 << 20)
+            chunk = reader.read(_READ_AT_ONCE)
         except zstandard.ZstdError:
             return
         if not chunk:

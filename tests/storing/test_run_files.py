@@ -104,6 +104,9 @@ def test_of_a_log_that_was_cut_or_spoiled_the_calls_before_are_read(folder: RunF
         lengths.append(len(found := list(folder.calls())))
         assert found == calls[: len(found)]
     assert lengths == sorted(lengths) and len(set(lengths)) > 10
+    long = [msgspec.structs.replace(one, text=f"{number}, " * 20_000) for number, one in enumerate(calls)]
+    path.write_bytes(calls_bytes(long))
+    assert list(folder.calls()) == long
     path.write_bytes(calls_bytes([*calls, {"step": 1}]))  # type: ignore[list-item]
     with pytest.raises(RecordError, match="cannot be read"):
         list(folder.calls())
