@@ -140,18 +140,21 @@ def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
     ways = np.full((side, side), 4.0)
     ways[[0, -1]] -= 1
     ways[:, [0, -1]] -= 1
-    index = np.arange(len(targets))
-    reached = np.zeros((len(targets), side + 2, side + 2))
-    following = np.empty((len(targets), side, side))
-    reaching = np.empty((horizon + 1, side, side))
-    inside = reached[:, 1:-1, 1:-1]
+    # A grid with its border is one row of numbers; infinitely many ways keep the border at 0.
+    width = side + 2
+    bordered = np.pad(ways, 1, constant_values=np.inf).ravel()
+    index, place = np.arange(len(targets)), (a + 1) * width + b + 1
+    reached, following = np.zeros((2, len(targets), width * width))
+    reaching = np.zeros((horizon + 1, width * width))
     for moves in range(horizon + 1):
+        # Rows of the grid that are more moves away have probability 0.
+        low, high = width * max(1, int(a.min()) + 1 - moves), width * min(side + 1, int(a.max()) + 2 + moves)
         if moves:
-            np.add(reached[:, 2:, 1:-1], reached[:, :-2, 1:-1], out=following)
-            following += reached[:, 1:-1, 2:]
-            following += reached[:, 1:-1, :-2]
-            following /= ways
-            inside[...] = following
-        inside[index, a, b] = 1.0
-        reaching[moves] = np.einsum("k,kij->ij", images / 8, inside)
-    return reaching
+            near = following[:, low:high]
+            np.add(reached[:, low + width : high + width], reached[:, low - width : high - width], out=near)
+            near += reached[:, low + 1 : high + 1]
+            near += reached[:, low - 1 : high - 1]
+            np.divide(near, bordered[low:high], out=reached[:, low:high])
+        reached[index, place] = 1.0
+        reaching[moves, low:high] = np.einsum("k,kn->n", images / 8, reached[:, low:high])
+    return reaching.reshape(-1, width, width)[:, 1:-1, 1:-1]
