@@ -1,7 +1,7 @@
 """Converts the lines of a run of a 2D world to arrays."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from operator import attrgetter
 from typing import Any
@@ -47,6 +47,7 @@ class GridRecords:
 
     steps: list[GridStep]
     messages: list[Message]
+    _kept: dict[str, list[Any]] = field(default_factory=dict, repr=False, compare=False)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the steps as rows of a table."""
@@ -59,8 +60,10 @@ class GridRecords:
         return {**columns, "kind": ["action"] * len(actions), "action": actions, "utility": [None] * len(actions)}
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
-        """Return some keys of the steps as columns; this is many times as fast as `rows`."""
-        return {name: list(map(attrgetter(name), self.steps)) for name in names}
+        """Return some keys of the steps as columns, which are made once; this is many times as fast as `rows`."""
+        wanted = tuple(names)
+        self._kept.update({name: list(map(attrgetter(name), self.steps)) for name in wanted if name not in self._kept})
+        return {name: self._kept[name] for name in wanted}
 
     def arrays(self, folder: RunFolder) -> GridRun:
         """Return a complete run as arrays.

@@ -56,7 +56,7 @@ def methods(basis: Basis) -> list[str]:
     own = [member for member in basis.members if not member.shown.baseline]
     rows = basis.contrasts[basis.contrasts["headline"].astype(bool)]
     tested = rows if (rows["test"] == SIGN_FLIP).any() else rows[:0]
-    kinds = set(basis.comparison["interval"]) | set(rows["interval"])
+    kinds = {*basis.comparison["interval"].unique(), *rows["interval"].unique()}
     digests = _digests(own)
     summaries = [member.summary for member in basis.members if member.summary is not None]
     content = {
@@ -160,9 +160,9 @@ def _used(basis: Basis) -> Iterator[str]:
         yield f"world {config['world']['name']}"
         yield f"prompt {config['prompt']['name']}"
     rows = basis.contrasts[basis.contrasts["headline"].astype(bool)]
-    yield from rows["test"].astype(str)
-    yield from basis.comparison["interval"].astype(str)
-    yield from rows["interval"].astype(str)
+    yield from rows["test"].astype(str).unique()
+    yield from basis.comparison["interval"].astype(str).unique()
+    yield from rows["interval"].astype(str).unique()
     if rows["p_adjusted"].notna().any():
         yield "max-t"
         yield "holm"

@@ -31,6 +31,7 @@ DIFFERENT, SAME, NOTHING, SILENT = (
 """The results that a row of the contrasts can have."""
 READABLE = "outcome.readable"
 LEVEL = f"{ALPHA:g}".removeprefix("0")
+_SIDES = ("factor", "level", "reference", "context")
 _ROUNDING = 1e-9
 _REASONS = {
     f"n < {FEWEST_FOR_CLAIMS}": f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs",
@@ -48,7 +49,7 @@ class Sides:
 
     Attributes:
         unread: share of unreadable decisions, by factor, level and context.
-        twins: the same comparisons over readable decisions only, by measure, factor, level, reference and context.
+        twins: the differences over readable decisions only, by measure, factor, level, reference and context.
         runs: class of the runs by factor, level and context; it determines the titles of measures.
         words: descriptions of measures that belong to no signature, by name.
     """
@@ -76,7 +77,8 @@ class Sides:
             group: compared.estimates[READABLE, group].mean for group in own if (READABLE, group) in compared.estimates
         }
         unread = {side: 1 - share for group, share in shares.items() for side in sides_of(columns, group, factors)}
-        alone = contrasts[contrasts["readable_only"].astype(bool)].to_dict("records")
+        shown = ["measure", *_SIDES, "difference", "low", "high"]
+        alone = contrasts.loc[contrasts["readable_only"].astype(bool), shown].to_dict("records")
         twins = {_key(row, str(row["measure"]).removesuffix(READABLE_SUFFIX)): row for row in alone}
         at = columns.index(MODEL) if MODEL in columns else None
         models = frozenset(group[at] for group in own) if at is not None else frozenset()
@@ -99,7 +101,7 @@ class Sides:
 
 
 def _key(row: Row, measure: str) -> tuple[str, ...]:
-    return (measure, *(str(row[name]) for name in ("factor", "level", "reference", "context")))
+    return (measure, *(str(row[name]) for name in _SIDES))
 
 
 def kind_of(row: Row) -> str:

@@ -57,8 +57,9 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
     sizes = _sizes([*known, *new])
     undeclared = (contrasts["claim"] == EXPLORATORY) & contrasts["p"].notna()
     now = {_texts(look): _sizes_of(look, sizes) for look in looked}
-    pairs = [now.get(pair, []) for pair in contrasts[list(_PAIR)].astype(str).itertuples(index=False, name=None)]
-    rows = zip(contrasts["look"], contrasts["note"], pairs, undeclared, contrasts["headline"], strict=True)
+    pairs = [now.get(pair, []) for pair in zip(*(contrasts[name].astype(str).tolist() for name in _PAIR), strict=True)]
+    looks, notes, headlines = (contrasts[name].tolist() for name in ("look", "note", "headline"))
+    rows = zip(looks, notes, pairs, undeclared, headlines, strict=True)
     sizes_now = [
         (len(own), "; ".join(filter(None, (note, said(own) if headline else "")))) if counts else (look, note)
         for look, note, own, counts, headline in rows

@@ -165,7 +165,7 @@ def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
     pair = pair_of(frame).to_numpy(dtype=np.int64)
     p, p_claim, p_equivalence = (frame[name].to_numpy(dtype=np.float64) for name in ("p", "p_claim", "p_equivalence"))
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
-    explored &= ~np.array([is_denominator(name) for name in frame["measure"]], dtype=bool)
+    explored &= ~np.array([is_denominator(name) for name in frame["measure"].tolist()], dtype=bool)
     headline = frame["headline"].to_numpy(dtype=bool)
     apart = are_apart(frame["measure"].tolist())
     adjusted, rates, same = (np.full(len(p), np.nan) for _ in range(3))
@@ -196,10 +196,10 @@ def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked:
 
     If the difference of a seed is larger than `widest`, the column `beyond` has a sentence that says so.
     """
-    margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
+    margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"].tolist()], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
     declared = {} if asked.plan is None else asked.plan.widest
-    largest = np.array([declared.get(name, np.inf) for name in frame["measure"]], dtype=np.float64)
+    largest = np.array([declared.get(name, np.inf) for name in frame["measure"].tolist()], dtype=np.float64)
     widest = np.where(np.isnan(margin), np.nan, np.minimum(paired.high - paired.low, largest))
     beyond = np.fmax.reduce(np.abs(paired.difference), axis=1)
     beyond = np.where(are_within(beyond[:, None], widest)[:, 0], np.nan, beyond)
@@ -241,7 +241,8 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
 def _notes(frame: pd.DataFrame, estimated: Estimates, plan: Plan | None) -> list[str]:
     known = plan.known if plan else ""
     columns = (
-        frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")
+        frame[name].tolist()
+        for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")
     )
     return [
         "; ".join(
