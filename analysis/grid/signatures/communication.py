@@ -5,7 +5,7 @@ from collections import Counter
 
 import numpy as np
 
-from analysis.arrays import BoolArray, IntArray
+from analysis.arrays import BoolArray
 from analysis.formulas import gini, mean, ratio, variety
 from analysis.grid.grid_run import GridRun
 from analysis.measure import Measure, share
@@ -91,19 +91,16 @@ def measure(run: GridRun) -> dict[str, float]:
 
 def _rhythm(spoke: BoolArray) -> dict[str, float]:
     times = [np.flatnonzero(flags) for flags in spoke.T]
-    rhythms = [steps for steps in times if len(steps) >= _FEWEST_MESSAGES]
+    gaps = [np.diff(steps).astype(np.float64) for steps in times if len(steps) >= _FEWEST_MESSAGES]
+    spreads = [(float(one.std() / one.mean()), len(one)) for one in gaps]
     return {
-        "burstiness": mean(burstiness(steps) for steps in rhythms),
-        "burstiness_finite": mean(burstiness(steps, finite=True) for steps in rhythms),
-        "n_rhythmic": float(len(rhythms)),
+        "burstiness": mean((spread - 1) / (spread + 1) for spread, _ in spreads),
+        "burstiness_finite": mean(_finite(spread, number) for spread, number in spreads),
+        "n_rhythmic": float(len(spreads)),
     }
 
 
-def burstiness(times: IntArray, *, finite: bool = False) -> float:
-    """Return the burstiness of ascending event times (n + 1,), -1..1; `finite` corrects it for small n."""
-    gaps = np.diff(times).astype(np.float64)
-    spread = float(gaps.std() / gaps.mean())
-    if not finite:
-        return (spread - 1) / (spread + 1)
-    above, below = math.sqrt(len(gaps) + 1), math.sqrt(len(gaps) - 1)
+def _finite(spread: float, number: int) -> float:
+    """Return the burstiness, corrected for a small number of gaps with this relative spread."""
+    above, below = math.sqrt(number + 1), math.sqrt(number - 1)
     return (above * spread - below) / ((above - 2) * spread + below)
