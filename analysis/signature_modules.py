@@ -164,13 +164,13 @@ def code_lines(file: Path) -> str:
     return "\n".join(line.rstrip() for line in lines if line.strip())
 
 
-def _own_part(one: OwnModule) -> Part:
-    module = one.load()
+def _own_part(own: OwnModule) -> Part:
+    module = own.load()
     try:
-        return _part(module, one.origin)
+        return _part(module, own.origin)
     except (AttributeError, NameError, TypeError) as error:
         raise InputError(
-            f"{one.origin} is not a signature ({error}): it needs NAME, MEASURES, HEADLINE and a function "
+            f"{own.origin} is not a signature ({error}): it needs NAME, MEASURES, HEADLINE and a function "
             "measure(run: AnyRun), annotated with the class of runs that it measures."
         ) from error
 

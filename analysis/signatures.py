@@ -203,7 +203,7 @@ def corrected(
         measures: measures without people's labels, by `<signature>.<measure>`.
         corrections: corrections by label.
     """
-    found: dict[str, float] = {}
+    corrected_values: dict[str, float] = {}
     copies: dict[str, FloatArray] = {}
     for signature in discover():
         part = signature.part(type(run))
@@ -214,11 +214,11 @@ def corrected(
         for suffix, view in views.items():
             for name, values in part.correct(view, correction).items():
                 column = f"{signature.name}.{name}{suffix}"
-                found[column] = _mean(values)
-                found[f"{signature.name}.{name}{UNCORRECTED}{suffix}"] = measures[column]
+                corrected_values[column] = _mean(values)
+                corrected_values[f"{signature.name}.{name}{UNCORRECTED}{suffix}"] = measures[column]
                 if len(values) > 1:
                     copies[column] = values
-    return found, copies
+    return corrected_values, copies
 
 
 def _mean(values: FloatArray) -> float:

@@ -26,11 +26,12 @@ def whole_words(pattern: str) -> str:
 def indexed(pattern: str) -> str:
     """Return a faster pattern: alternatives that begin with the same letter are grouped, all other ones come last."""
     groups: dict[str, list[str]] = {}
-    for one in alternatives(pattern):
-        plain_start = one[:1].isalpha() and one[1:2] not in ("?", "*", "{", "+")
-        groups.setdefault(one[0] if plain_start else "", []).append(one)
+    for alternative in alternatives(pattern):
+        plain_start = alternative[:1].isalpha() and alternative[1:2] not in ("?", "*", "{", "+")
+        groups.setdefault(alternative[0] if plain_start else "", []).append(alternative)
     last = groups.pop("", [])
-    return "|".join([*(f"{first}(?:{'|'.join(one[1:] for one in group)})" for first, group in groups.items()), *last])
+    indexed_groups = [f"{first}(?:{'|'.join(text[1:] for text in group)})" for first, group in groups.items()]
+    return "|".join([*indexed_groups, *last])
 
 
 def alternatives(pattern: str) -> list[str]:

@@ -137,12 +137,12 @@ def main(studies: int) -> None:
     print(f"{studies} studies of each row, {SEEDS} seeds, 2 models, {LABELS} labels in all")
     held = []
     for warns in TRUTHS:
-        found, true = [], warns["b"] - warns["a"]
+        results, true = [], warns["b"] - warns["a"]
         for number in range(studies):
             with tempfile.TemporaryDirectory() as scratch:
-                found.append(study(Path(scratch), number, warns, LABELS // 2))
+                results.append(study(Path(scratch), number, warns, LABELS // 2))
         for how in MEASURES:
-            rows = np.array([study[how] for study in found])
+            rows = np.array([study[how] for study in results])
             covers = (rows[:, 1] <= true) & (true <= rows[:, 2])
             width = (rows[:, 2] - rows[:, 1]).mean() / 2
             line = f"bias {rows[:, 0].mean() - true:+.3f} coverage {covers.mean():.2f} half-width {width:.3f}"

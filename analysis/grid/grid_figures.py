@@ -127,8 +127,8 @@ def divergence(groups: Sequence[GridGroup]) -> list[Curve]:
             if (curve := _distance(mine, [group.places[seed] for group in groups if seed in group.places])) is not None
         ]
         if by_seed:
-            found = curve_of(group.shown, by_seed, np.inf)
-            curves.append(replace(found, at=np.arange(len(found.mean), dtype=np.float64)))
+            distance_curve = curve_of(group.shown, by_seed, np.inf)
+            curves.append(replace(distance_curve, at=np.arange(len(distance_curve.mean), dtype=np.float64)))
     return curves
 
 

@@ -218,18 +218,18 @@ def _states(before: IntArray, after: IntArray, there: BoolArray) -> IntArray:
 
     An agent that has not joined yet has its first state, and an agent that is gone its last. All arguments are (T, N).
     """
-    found = np.vstack([before, after[-1:]])
-    found[1:][there] = after[there]
+    filled = np.vstack([before, after[-1:]])
+    filled[1:][there] = after[there]
     both = there[1:] & there[:-1]
     if not np.array_equal(before[1:][both], after[:-1][both]):
         raise ValueError("a step does not start where the one before it ended")
     if there.all():
-        return found
+        return filled
     known = np.vstack([there, there[-1:]])
     known[1:] |= there
-    states = np.arange(len(found))[:, None]
+    states = np.arange(len(filled))[:, None]
     last = np.maximum.accumulate(np.where(known, states, -1), axis=0)
-    return np.take_along_axis(found, np.where(last < 0, known.argmax(axis=0), last), axis=0)
+    return np.take_along_axis(filled, np.where(last < 0, known.argmax(axis=0), last), axis=0)
 
 
 def _fires(world: GridSettings, rows: Sequence[GridStep], shape: tuple[int, int]) -> Any:

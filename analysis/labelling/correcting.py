@@ -215,8 +215,8 @@ def _correction(
         by_run={run: tuple(weighed) for run, weighed in by_run.items()},
         known=known,
         rates={
-            (*key, aware): _rates((*key, aware), label, counts.get((*key, aware), {}), found)
-            for key, found in together.items()
+            (*key, aware): _rates((*key, aware), label, counts.get((*key, aware), {}), counted)
+            for key, counted in together.items()
             for aware in (False, True)
         },
         strata_of_run={run: (draw, models[run]) for draw, runs in enumerate(sample.runs) for run in runs},

@@ -119,12 +119,12 @@ def _pair(
 ) -> dict[str, Any]:
     both = [item for item in labels[first] if item in labels[second]]
     names = sorted({labels[name][item] for name in (first, second) for item in both})
-    one, other = (
+    labels_of_first, labels_of_second = (
         np.array([names.index(labels[name][item]) for item in both], dtype=np.int64) for name in (first, second)
     )
     seeds = np.array([drawn[item].seed for item in both], dtype=np.int64)
-    same = float((one == other).mean()) if both else math.nan
-    return _row(label, first, second, seeds, same, clustered_kappa(one, other, seeds))
+    same = float((labels_of_first == labels_of_second).mean()) if both else math.nan
+    return _row(label, first, second, seeds, same, clustered_kappa(labels_of_first, labels_of_second, seeds))
 
 
 def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]) -> dict[str, Any]:

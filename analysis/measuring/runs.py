@@ -156,10 +156,11 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
         measured = _measure_fresh(source, fresh)
         for folder, key in zip(folders, keys, strict=True):
             seen.add(key)
-            found = (memory.recall(key) or _measured(folder, source.labelling)) if key in memory else next(measured)
-            if key not in memory and found.steps is not None:
-                memory.keep(key, found)
-            yield _described(folder, source, found)
+            known = key in memory
+            run = (memory.recall(key) or _measured(folder, source.labelling)) if known else next(measured)
+            if not known and run.steps is not None:
+                memory.keep(key, run)
+            yield _described(folder, source, run)
     memory.forget_others(seen)
 
 

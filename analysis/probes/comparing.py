@@ -123,10 +123,10 @@ def framed(compared: Iterable[tuple[dict[str, Any], Compared]], columns: Iterabl
 
 def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
     """Return for each seed the mean over its moments, (seeds,), sorted by seed, because seeds are independent units."""
-    found: dict[int, list[float]] = defaultdict(list)
+    values_by_seed: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
-        found[key.seed].append(value)
-    return np.array([np.mean(mine) for _, mine in sorted(found.items())], dtype=np.float64)
+        values_by_seed[key.seed].append(value)
+    return np.array([np.mean(mine) for _, mine in sorted(values_by_seed.items())], dtype=np.float64)
 
 
 def _mean(values: FloatArray) -> float:

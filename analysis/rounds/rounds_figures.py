@@ -66,7 +66,7 @@ class RoundsFigures:
 
     def _means(self, kind: str, label: str, order: Sequence[Shown]) -> Iterator[Curve]:
         by_group = self._curves[kind, label]
-        for shown in (one for one in order if one in by_group):
+        for shown in (condition for condition in order if condition in by_group):
             values = _stacked(by_group[shown])
             means = estimates(values, *(np.full(len(values), bound) for bound in self._bounds(kind)))
             yield Curve(shown.label, means.mean, means.low, means.high, values.shape[1], shown.index, shown.baseline)

@@ -142,19 +142,19 @@ def equivalence(
         margin: the difference below which groups count as equal (R,); NaN without a margin.
         widest: the largest possible difference of a seed (R,).
     """
-    found, look = np.full(len(margin), np.nan), np.zeros(len(margin), dtype=np.int64)
+    p_equal, look = np.full(len(margin), np.nan), np.zeros(len(margin), dtype=np.int64)
     rows = np.flatnonzero(~np.isnan(margin))
     own = paired.of_rows(rows)
     looks = [own] if plan is None else plan.at_looks(values, own)
     p = np.array([_equivalence_p(look, margin[rows], widest[rows]) for look in looks])
     if len(p):
-        found[rows] = p[-1]
+        p_equal[rows] = p[-1]
         if plan is not None:  # a one-sided test errs half as often as a two-sided one
             both, look[rows] = plan.over_looks(np.minimum(2 * p, 1.0))
-            found[rows] = np.where(np.isnan(p[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
+            p_equal[rows] = np.where(np.isnan(p[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
     possible = are_within(own.difference, widest[rows]) | np.isnan(own.difference)
-    found[rows] = np.where(possible.all(axis=1) | np.isnan(found[rows]), found[rows], 1.0)
-    return {"p_equivalence": found, "look_same": look}
+    p_equal[rows] = np.where(possible.all(axis=1) | np.isnan(p_equal[rows]), p_equal[rows], 1.0)
+    return {"p_equivalence": p_equal, "look_same": look}
 
 
 def _equivalence_p(paired: Paired, margin: FloatArray, widest: FloatArray) -> FloatArray:

@@ -105,13 +105,13 @@ def _any(
 
 def _cell_means(values: FloatArray, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
     """Return the mean of the defined values (N, C) in each cell of group and seed (G, S, C)."""
-    found = np.full((shape[0] * shape[1], values.shape[1]), np.nan)
+    cell_means = np.full((shape[0] * shape[1], values.shape[1]), np.nan)
     if len(set(cell.tolist())) == len(cell):
-        found[cell] = values
+        cell_means[cell] = values
     else:
         means = pd.DataFrame(values).groupby(cell).mean()
-        found[means.index.to_numpy()] = means.to_numpy()
-    return found.reshape(*shape, values.shape[1])
+        cell_means[means.index.to_numpy()] = means.to_numpy()
+    return cell_means.reshape(*shape, values.shape[1])
 
 
 def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:

@@ -67,9 +67,9 @@ def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Compar
     """
     values = seed_values(table, groups)
     measure, group = np.nonzero(values.present.T)
-    found = _estimates(values, measure, group)
+    estimates = _estimates(values, measure, group)
     keys = [(values.measures[m], values.groups[g]) for m, g in zip(measure, group, strict=True)]
-    estimated = {key: found.row(index) for index, key in enumerate(keys)}
+    estimated = {key: estimates.row(index) for index, key in enumerate(keys)}
     rows = [
         {
             "measure": name,

@@ -16,11 +16,11 @@ def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
         RecordError: a measure does not exist, or is undefined in a run.
     """
     source = Source(SweepFolder.open(sweep), sweep.name)
-    found: dict[str, list[float]] = {column: [] for column in columns}
+    values_by_column: dict[str, list[float]] = {column: [] for column in columns}
     for run in source.folder.runs():
         measures = measure_run(run, source).measures
-        for column, values in found.items():
+        for column, values in values_by_column.items():
             values.append(measures.get(column, math.nan))
             if math.isnan(values[-1]):
                 raise RecordError(f"The measure {column} has no value in run {run.id} of {sweep}.")
-    return found
+    return values_by_column

@@ -119,7 +119,8 @@ def label_by_people(folder: Path, name: str, per_model: int | None, page: Asking
     label_folder = LabelFolder.of(opened, name)
     sample = _sample(opened, asked, label_folder, per_model)
     desk = LabelDesk(label_folder, asked, sample)
-    print(f"{len(sample.drawn)} texts were drawn from {sum(one.size for one in sample.strata)}, in {label_folder.path}")
+    texts = sum(stratum.size for stratum in sample.strata)
+    print(f"{len(sample.drawn)} texts were drawn from {texts}, in {label_folder.path}")
     with page.labelling(desk, f"label: {name.replace('_', ' ')}") as ended:
         try:
             ended.wait()

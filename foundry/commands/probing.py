@@ -148,7 +148,7 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
         rows = planned(composed, Path(scratch))
     texts = [(row.edit, str(row.moments), str(row.conditions), f"{row.calls:,}") for row in rows]
     console().print(frame_table(texts, ("edit", "moments", "conditions", "calls")))
-    say(f"{composed.asked}; with these edits, calls: {sum(one.calls for one in rows):,}")
+    say(f"{composed.asked}; with these edits, calls: {sum(row.calls for row in rows):,}")
     return EXIT_OK
 
 

@@ -73,8 +73,8 @@ def _settings_of(made: Any) -> list[str] | None:
     known: list[str] = []
     for part in (made, *bases):
         parameters = inspect.signature(part).parameters.values()
-        known += [one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
-        if not any(one.kind is one.VAR_KEYWORD for one in parameters):
+        known += [par.name for par in parameters if par.kind in (par.POSITIONAL_OR_KEYWORD, par.KEYWORD_ONLY)]
+        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
             return known
     return None
 

@@ -76,18 +76,18 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
     """Run a policy once, and yield one result for each known value (measure) of it."""
     from analysis.validation.run_values import values_of
 
-    one = forms[0]
-    asked = (f"world={world}", f"model={one.policy}", f"seed=0-{one.seeds - 1}", *one.overrides)
+    first = forms[0]
+    asked = (f"world={world}", f"model={first.policy}", f"seed=0-{first.seeds - 1}", *first.overrides)
     where = (f"output.dir={folder}", "cache.path=''", "analyze=false")
     ran = calling.sweep(*asked, *where, config_dir=mine[0] if mine else None)
     if ran.failed:
-        raise FoundryError(f"The known value '{one.name}' of world '{world}' cannot be checked: {ran.failed[0]}")
+        raise FoundryError(f"The known value '{first.name}' of world '{world}' cannot be checked: {ran.failed[0]}")
     command = f"foundry -m {shlex.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
     values = values_of(ran.path, [form.column for form in forms])
     for form in forms:
         result, error = _mean(values[form.column])
         yield Held(
-            world=world, name=form.name, command=command, column=form.column, n=one.seeds, result=result, error=error,
+            world=world, name=form.name, command=command, column=form.column, n=first.seeds, result=result, error=error,
             value=form.value, tolerance=form.tolerance, why=form.why,
         )  # fmt: skip
 
@@ -112,10 +112,10 @@ def row(result: Held) -> tuple[str, ...]:
     )
 
 
-def found(one: Held) -> str:
+def found(known: Held) -> str:
     """Return the result, with its standard error if it is not 0."""
-    result = one.result if abs(one.result) > _NOTHING else 0.0
-    return f"{result:.6g}" + (f" ± {one.error:.2g}" if one.error else "")
+    result = known.result if abs(known.result) > _NOTHING else 0.0
+    return f"{result:.6g}" + (f" ± {known.error:.2g}" if known.error else "")
 
 
 def page(held: Sequence[Held]) -> str:

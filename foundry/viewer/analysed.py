@@ -68,8 +68,8 @@ class AnalysedRuns:
             number for number in self._sweep.table.numbers(measure, self._sweep.seeds_of(run)) if number is not None
         ]
         closed_forms = known[-1]["closed_forms"] or ""
-        found = {"value": value, "mean": sum(values) / len(values), "runs": len(values), "known": closed_forms}
-        return {"measure": measure, "label": label_of(self._sweep.folder, measure), **found}
+        score = {"value": value, "mean": sum(values) / len(values), "runs": len(values), "known": closed_forms}
+        return {"measure": measure, "label": label_of(self._sweep.folder, measure), **score}
 
 
 def _spans(runs: pa.DictionaryArray) -> dict[str, slice]:

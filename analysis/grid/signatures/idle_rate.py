@@ -63,9 +63,9 @@ def _contexts(run: GridRun) -> dict[str, BoolArray]:
     """Return, for each context such as a crowded place, whether each decision counts and was made in it, (T, N)."""
     place = run.place[:-1]
     crowded = np.zeros(place.shape, dtype=np.bool_)
-    for index, one in enumerate(run.world.places):
+    for index, world_place in enumerate(run.world.places):
         there = place == index
-        crowded |= there & (there.sum(axis=1, keepdims=True) > one.capacity)
+        crowded |= there & (there.sum(axis=1, keepdims=True) > world_place.capacity)
     return {
         "in_place": (place != OUTSIDE) & run.counted,
         "in_crowd": crowded & run.counted,

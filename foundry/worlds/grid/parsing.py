@@ -225,17 +225,17 @@ def _objects(value: object) -> list[dict[str, Any]]:
     return [item for item in (value if isinstance(value, list) else [value]) if isinstance(item, dict)]
 
 
-def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
-    fields = fields_of(found)
+def _interpret_message(candidate: dict[str, Any]) -> MessageReading | None:
+    fields = fields_of(candidate)
     if isinstance(fields, Conflicting):
         return MessageReading(Outcome.UNREADABLE)
     if "message" not in fields and ("reasoning" not in fields or "action" in fields):
         return None
     message, reasoning = _only(fields.get("message")), fields.get("reasoning")
-    if not _is_text(message) or _is_doubtful(found, fields, message):
+    if not _is_text(message) or _is_doubtful(candidate, fields, message):
         return MessageReading(Outcome.UNREADABLE)
     silent = bool(message and message.strip()) and is_silence(message)
-    exact = fields is found and not silent and message is fields.get("message") and _is_text(reasoning)
+    exact = fields is candidate and not silent and message is fields.get("message") and _is_text(reasoning)
     said = None if silent or not message or not message.strip() else text_of(message)
     return MessageReading(Outcome.CHOSEN if exact else Outcome.REPAIRED, said, text_of(reasoning))
 
@@ -247,9 +247,9 @@ def _is_doubtful(candidate: dict[str, Any], fields: dict[str, Any], message: str
     return isinstance(candidate, Mended) and ("message" not in fields or is_glued(message or ""))
 
 
-def interpret_action(found: dict[str, Any]) -> ActionReading | None:
+def interpret_action(candidate: dict[str, Any]) -> ActionReading | None:
     """Return the action in an object, or None if the object has no action."""
-    fields = fields_of(found)
+    fields = fields_of(candidate)
     if isinstance(fields, Conflicting):
         return ActionReading(Outcome.UNREADABLE)
     if "action" not in fields:
@@ -260,7 +260,7 @@ def interpret_action(found: dict[str, Any]) -> ActionReading | None:
         return ActionReading(Outcome.UNREADABLE)
     memory, reasoning = fields.get("memory"), fields.get("reasoning")
     as_asked = asked == meant.action and (meant.direction is None or wanted == meant.direction)
-    exact = fields is found and as_asked and _is_text(memory) and _is_text(reasoning)
+    exact = fields is candidate and as_asked and _is_text(memory) and _is_text(reasoning)
     outcome = Outcome.CHOSEN if exact else Outcome.REPAIRED
     return ActionReading(outcome, meant.action, meant.direction, text_of(memory), text_of(reasoning))
 

@@ -390,15 +390,15 @@ def resolve(text: str, limits: Limits) -> Command:
     at_once = any(motion.wanted and not motion.later for mentions in sentences for motion in mentions)
     for mentions in sentences:
         latest.take(motion for motion in mentions if not (at_once and motion.later))
-    found, notes = latest.mentions, list[str]()
-    for motion in found.values():
+    latest_mentions, notes = latest.mentions, list[str]()
+    for motion in latest_mentions.values():
         notes.extend(_origin(motion, latest.overridden[motion.category]))
     command = Command(
-        translate=_translation(found.get(Category.TRANSLATE), limits, notes),
-        turn=_angle(found.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
-        gaze=_angle(found.get(Category.GAZE), limits.default_gaze_deg, limits.max_gaze_deg, limits, notes),
-        stay=Category.STAY in found,
-        outcome=_outcome(found.values()),
+        translate=_translation(latest_mentions.get(Category.TRANSLATE), limits, notes),
+        turn=_angle(latest_mentions.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
+        gaze=_angle(latest_mentions.get(Category.GAZE), limits.default_gaze_deg, limits.max_gaze_deg, limits, notes),
+        stay=Category.STAY in latest_mentions,
+        outcome=_outcome(latest_mentions.values()),
     )
     if latest.refused:
         notes.append(f"named as not to be done: {latest.refused}")

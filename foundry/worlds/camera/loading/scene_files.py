@@ -81,10 +81,10 @@ def open_layers(path: Path, root: Path) -> list[Any]:
             if resolved and not is_within(resolved, root):
                 elsewhere.add(file_of(resolved))
             elif resolved:
-                found = _opened(path, name)
-                if found is not None and found.identifier not in opened:
-                    opened[found.identifier] = found
-                    waiting.append(found)
+                next_layer = _opened(path, name)
+                if next_layer is not None and next_layer.identifier not in opened:
+                    opened[next_layer.identifier] = next_layer
+                    waiting.append(next_layer)
     _refuse(path, elsewhere, root)
     return list(opened.values())
 

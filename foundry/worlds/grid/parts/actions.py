@@ -60,22 +60,22 @@ def read_furnished_action(answer: Answer, allowed: Collection[str]) -> Furnished
     return action
 
 
-def _interpret(found: dict[str, Any], allowed: Collection[str]) -> FurnishedAction | None:
-    fields = fields_of(found)
+def _interpret(candidate: dict[str, Any], allowed: Collection[str]) -> FurnishedAction | None:
+    fields = fields_of(candidate)
     named_action = fields.get("action")
     action = _MEANT.get(named_action.strip().lower()) if isinstance(named_action, str) else None
     if action is None or action not in allowed or isinstance(fields, Conflicting):
-        plain = interpret_action(found)
+        plain = interpret_action(candidate)
         if plain is None:
             return None
         return FurnishedAction(plain.outcome, plain.action, plain.direction, plain.memory, plain.reasoning)
-    target = _number(_first(found, _TARGETS)) if action in AIMED else None
-    amount = _number(_first(found, _AMOUNTS)) if action == SHARE else None
+    target = _number(_first(candidate, _TARGETS)) if action in AIMED else None
+    amount = _number(_first(candidate, _AMOUNTS)) if action == SHARE else None
     if action in AIMED and target is None or action == SHARE and not amount:
         return FurnishedAction(Outcome.UNREADABLE)
     texts = [fields.get(name) for name in ("memory", "reasoning")]
-    as_asked = named_action == action and (action not in AIMED or target == found.get("target"))
-    exact = fields is found and as_asked and (action != SHARE or amount == found.get("amount"))
+    as_asked = named_action == action and (action not in AIMED or target == candidate.get("target"))
+    exact = fields is candidate and as_asked and (action != SHARE or amount == candidate.get("amount"))
     exact = exact and all(text is None or isinstance(text, str) for text in texts)
     memory, reasoning = map(text_of, texts)
     return FurnishedAction(
