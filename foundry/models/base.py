@@ -119,7 +119,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UnusableReply(TransientError):
-    """A reply without usable content. The call is repeated; after the last try, this reply becomes the answer.
+    """A reply without usable content. The call is repeated; if no try gives a usable reply, this reply is the answer.
 
     Attributes:
         reply: the reply as received; it has no text, and the ending `stop` or `aborted`.
@@ -184,7 +184,7 @@ class Loaded:
 
     @classmethod
     def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
-        """Return the sum of the servers' slots, their shortest context, and their largest share on the CPU."""
+        """Return one report on several servers: the sum of slots, the shortest context and the largest CPU share."""
         servers = list(servers)
         slots = [server.slots for server in servers]
         lengths = [server.context_length for server in servers if server.context_length is not None]
@@ -248,7 +248,7 @@ class Model(ABC):
 
     @abstractmethod
     def parameters(self) -> dict[str, Any]:
-        """Return everything besides messages and seed that affects the answer, as sent."""
+        """Return the fields of a call that affect the answer, without messages and seed."""
 
     @property
     def kinds(self) -> tuple[str, ...] | None:
@@ -318,7 +318,7 @@ class Model(ABC):
         return 0
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:
-        """Return the facts in a reply that identify the weights, by name."""
+        """Return, by name, the facts in a reply that show which weights answered."""
         return {}
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
@@ -371,7 +371,7 @@ class RequestKeys:
 
     @classmethod
     def of(cls, source: Source) -> RequestKeys:
-        """Return an object that makes the keys of a model that is known only from records."""
+        """Return an object that makes the cache keys of the model in a record, which need not be configured now."""
         keys = cls.__new__(cls)
         keys._prefix = _prefix(source.model, source.digest, source.parameters)
         return keys
@@ -437,7 +437,7 @@ class ScriptedModel(Model):
         return Reply(text=policy(request.observation, self.generator(request)))
 
     def generator(self, request: Request) -> Generator:
-        """Return the generator of this policy for this call."""
+        """Return the random generator that this policy uses for this call."""
         return seeding.stream(request.seed, self._stream)
 
     async def ask(self, request: Request) -> Reply:

@@ -23,7 +23,7 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Rule:
-    """Selects the agents for which a member answers: by id, by a share of the agents, or by persona.
+    """Selects the agents that one model of a population answers for: by id, by a share of the agents, or by persona.
 
     Attributes:
         agents: ids of the agents.
@@ -36,14 +36,14 @@ class Rule:
     persona: Mapping[str, str] | None = None
 
     def names(self, agent: int, persona: Mapping[str, str]) -> bool:
-        """Return whether this rule names an agent; a share names none."""
+        """Return whether this rule selects an agent by id or persona; a share selects agents only later."""
         if self.agents is not None:
             return agent in self.agents
         return self.persona is not None and all(persona.get(key) == value for key, value in self.persona.items())
 
 
 class MixedModel(Model):
-    """Passes the questions of each agent on to one of its members; each member has its own cache and limit."""
+    """Passes each agent's questions on to one model (member) of a population; members have own caches and limits."""
 
     def __init__(self, name: str, members: Mapping[str, Mapping[str, Any]]) -> None:
         """Read which member answers for which agents.
@@ -77,7 +77,7 @@ class MixedModel(Model):
         return copy
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the population in which every agent of the run has a member, by the rules of the population."""
+        """Return the population for one run: its rules decide which member answers for each agent of the run."""
         labels = assign(self.name, self._rules, context.personas, context.seed)
         infos = dict(zip(self._models, context.info.members, strict=True)) if context.info.members else {}
         placed = {
@@ -88,11 +88,11 @@ class MixedModel(Model):
         return Population(self.name, labels, placed, digests)
 
     async def ask(self, request: Request) -> Reply:
-        """Raise an error, since only a run decides which member answers."""
+        """Raise an error: outside of a run, it is open which member answers."""
         raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
 
     async def inspect(self) -> ModelInfo:
-        """Return the facts about all members.
+        """Return the facts that hold for the whole population, and the facts about each member.
 
         A capability is listed if all members have it; members whose calls cost nothing do not count.
         """
@@ -128,7 +128,7 @@ class MixedModel(Model):
 
 
 class Population(Model):
-    """The members of a population in one run, with the agents of each."""
+    """A population in one run: its members (models), and the agents that each member answers for."""
 
     def __init__(
         self, name: str, labels: Sequence[str], models: Mapping[str, Model], digests: Mapping[str, str | None]

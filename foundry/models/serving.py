@@ -12,7 +12,9 @@ from foundry.models.base import Model
 Seconds = Annotated[float, msgspec.Meta(gt=0)]
 Count = Annotated[int, msgspec.Meta(ge=1)]
 RUN: ContextVar[str | None] = ContextVar("RUN", default=None)
-"""Id of the run that the current task plays, if known. If several servers have its model, a run prefers one server."""
+"""Id of the run that the current task plays, if known. If several servers have the model of a run, most calls of the
+run go to the same server.
+"""
 
 
 class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -93,7 +95,7 @@ DEFAULT = Serving(
     in_flight=InFlight(min=1, max=64, initial=2),
     retry=Retry(attempts=6, unusable_attempts=2, wait_initial_s=0.5, wait_max_s=30.0),
 )
-"""The settings for a model whose class has no attribute `server`."""
+"""The serving settings of a model whose class has no attribute `server`."""
 
 
 def serving_of(model: Model) -> Serving:

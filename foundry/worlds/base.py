@@ -24,7 +24,7 @@ Asked: TypeAlias = tuple[int, int, str]
 """Step, agent and kind, which identify a question."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
-"""Why a reply ended: it is complete, it reached the length limit, or the backend gave up."""
+"""Causes of a reply's end: it is complete, it reached the limit of its length, or the backend gave up."""
 
 
 class Computed(Mapping[str, Any]):
@@ -69,7 +69,7 @@ class Question:
     again: int = 0
 
     def sampling_seed(self, seed: int) -> int:
-        """Return the sampling seed of this question's reply, computed from the run's own sampling seed."""
+        """Return the seed for sampling the model's reply to this question, computed from the run's sampling seed."""
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
@@ -79,7 +79,7 @@ class Question:
 
     @property
     def told(self) -> Observation:
-        """The observation and the secret data in one mapping, for scripted policies."""
+        """The observation together with the data that only scripted policies get (`secret`), in one mapping."""
         if self.secret is None:
             return self.observation
         return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
@@ -137,7 +137,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
-        """Return the questions of the next round, in the world's order; nothing if an answer is missing."""
+        """Return the questions of the next round, in the world's order; none while an answer is missing."""
 
 
 class World(ABC):
@@ -170,13 +170,13 @@ class World(ABC):
         """Return the present state as a PNG."""
 
     def ahead(self) -> Ahead | None:
-        """Return an object that asks questions early; None if every agent must wait for all other agents."""
+        """Return an object that finds questions that can be asked early; None if agents always wait for each other."""
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """The records of an episode, up to a complete step.
+    """The records of an episode; their last step is complete.
 
     Attributes:
         steps: lines of `steps.jsonl`.
@@ -203,7 +203,7 @@ class Redrawing(ABC):
         """Return the same PNG as the running world after `step` steps (0: the initial state)."""
 
     def told(self, step: int) -> Sequence[str]:
-        """Return captions of a step for films, in addition to messages; none by default."""
+        """Return the captions that a film shows for a step, besides the messages; none by default."""
         return ()
 
 
@@ -255,7 +255,7 @@ class Scenario(ABC):
         return {}
 
     def declared(self) -> Declared:
-        """Return the declarations about the records of its episodes, which `sweep.yaml` contains."""
+        """Return the form, actions and files of this world's records, which `sweep.yaml` states."""
         return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:

@@ -1,4 +1,4 @@
-"""Chooses the keys in which two recorded decisions are compared; each form may name its keys (`COMPARED`)."""
+"""Chooses the keys by which foundry compares two recorded decisions; a form may name its own keys (`COMPARED`)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Compared:
         return all(first.get(key) == other.get(key) for key in self.acted)
 
     def state_of(self, line: Line, declared: Declared) -> dict[str, Any]:
-        """Return the part of a line that describes the state of its agent."""
+        """Return the keys and values of a record's line that describe the state of the agent."""
         if self.state is not None:
             return {name: line[name] for name in self.state}
         types = declared.streams.get("steps", {})

@@ -1,8 +1,8 @@
 """Mends broken JSON objects with the library json-repair, and rejects its guesses.
 
 The library json-repair guesses unclear parts, so its object is compared with the text. If the text has a key more often
-than the object, the library merged two objects, and the object is rejected. If a key contains quotation marks, the
-library merged values, and the object is rejected too. A value at the end of the text may be incomplete, so it becomes
+than the object, the library merged two objects, and the object is rejected. A key with quotation marks shows that the
+library merged values; such an object is rejected too. A value at the end of the text may be incomplete, so it becomes
 `Unfinished`.
 """
 
@@ -79,7 +79,7 @@ def _is_small(text: str) -> bool:
 
 
 def is_glued(text: str) -> bool:
-    """Return whether a mended value may be wrong: several values, a part of a value, or with unknown escapes.
+    """Return whether a mended value may be wrong: it may be several values or half a value, or have unknown escapes.
 
     Within one value, quotation marks open before they close: `He said "go" to me`, but not `go" or "stay`.
     """
@@ -95,7 +95,7 @@ def is_glued(text: str) -> bool:
 
 
 def in_plain_marks(text: str) -> str:
-    """Replace typographic quotation marks, colons and commas by those of JSON."""
+    """Replace typographic quotation marks, colons and commas by the marks that JSON uses."""
     if '"' not in text:
         text = text.translate(_CURLY)
     elif _ESCAPED.match(text):
@@ -112,7 +112,7 @@ def _names(value: Any) -> Iterator[str]:
 
 
 def _is_closed(rest: str) -> bool:
-    """Return whether the value at the beginning of the text is complete."""
+    """Return whether the text begins with a complete value."""
     for opening, closing in (('"', '"'), ("'", "'"), ("“", "”"), ("[", "]"), ("{", "}")):
         if rest.startswith(opening):
             return closing in rest[1:]

@@ -11,7 +11,7 @@ Mend = Callable[[str], dict[str, Any]]
 
 
 class Conflicting(dict[str, Any]):
-    """An object in which a key occurs with different values."""
+    """A JSON object that has the same key twice, with different values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,13 +21,13 @@ class _Found:
 
 
 MAX_OBJECTS = 32
-"""Maximum number of objects in a text; a text with more contains no clear decision."""
+"""Maximum number of objects in a text; a text with more objects contains no clear decision."""
 
 MAX_BRACKETS = 200
 """Maximum number of brackets in an object, which keeps nesting far below Python's recursion limit."""
 
 MAX_TOKENS = 2000
-"""Maximum number of tokens in an object that is not valid JSON."""
+"""Maximum number of tokens (names, values, marks) that are read of an object that is not valid JSON."""
 
 _START = re.compile(r"\{\s*+[\"']")
 _MENDABLE_START = re.compile(r"""\{\s*+(?:["'“„]|\\"|//|\#|/\*|[^\W\d][\w ]{0,39}+[:：])""")

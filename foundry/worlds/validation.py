@@ -68,7 +68,7 @@ def refuse_repeated_names(names: Iterable[str], where: str) -> None:
 def check_number(
     key: str, value: Any, least: float = -math.inf, most: float = math.inf, *, whole: bool = False
 ) -> None:
-    """Raise InputError unless a setting is a finite number within bounds and, if `whole`, an integer."""
+    """Raise InputError unless a setting is a finite number within bounds; with `whole`, it must be an integer."""
     is_number = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
     if is_number and least <= value <= most and abs(value) < math.inf:
         return

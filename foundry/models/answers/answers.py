@@ -1,4 +1,4 @@
-"""The cache of answers. Runs, sweeps and processes share one cache; machines can share one on a database server."""
+"""The answer cache. Runs, sweeps and processes share one cache; several machines can share one on a database server."""
 
 import zlib
 from abc import ABC, abstractmethod
@@ -84,19 +84,19 @@ class Answers(ABC):
 
     @abstractmethod
     def newest(self) -> int:
-        """Return a number that is below the number of every answer that is stored later."""
+        """Return the number of the newest answer; answers that are stored later get larger numbers."""
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm the answers with these marks of a server's state and a number of at most `newest`."""
+        """Confirm the answers with these marks (states of servers) that are numbered up to `newest`."""
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with these marks of a server's state, and return how many were deleted."""
+        """Delete the answers with these marks (each stands for a state of a server); return how many were deleted."""
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
-        """Return a counter that grows when any process deletes answers with these marks of a server's state."""
+        """Return a counter that grows when any process deletes answers with these marks (states of servers)."""
 
     @abstractmethod
     def close(self) -> None:

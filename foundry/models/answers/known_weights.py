@@ -35,7 +35,7 @@ class KnownWeights:
     """
 
     def __init__(self, answers: Answers, model: Model, digest: str) -> None:
-        """Take the cache, the model that makes the canary calls, and a digest that this model has or had."""
+        """Take the cache, the model that makes the canary calls, and a present or earlier digest of this model."""
         self._answers = answers
         self._name = model.name
         self._plain = listed(digest)

@@ -21,7 +21,7 @@ _SCHEMA = (
 )""",
     "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
 )
-"""The tables. When an older database is opened, the missing tables are added, and its answers count as confirmed."""
+"""The tables. When an older database is opened, missing tables are added, and the answers in it count as confirmed."""
 _CREATION_LOCK = 0x666F756E
 """Lock while tables are created: two sessions that create tables at once may both fail, even with IF NOT EXISTS."""
 _FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
@@ -89,17 +89,17 @@ class PostgresAnswers(Answers):
         return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm the answers with these marks of a server's state and a number of at most `newest`."""
+        """Confirm the answers with these marks (states of servers) that are numbered up to `newest`."""
         delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
         self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with these marks of a server's state, and return how many were deleted."""
+        """Delete the answers with these marks (each stands for a state of a server); return how many were deleted."""
         removed: int = self._again(lambda connection: _delete(connection, list(marks)))
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a counter that grows when any process deletes answers with these marks of a server's state."""
+        """Return a counter that grows when any process deletes answers with these marks (states of servers)."""
         return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
 
     def _number(self, query: str, *parameters: Any) -> int:

@@ -87,13 +87,13 @@ class SqliteAnswers(Answers):
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
-        """Confirm the answers with these marks of a server's state and a number of at most `newest`."""
+        """Confirm the answers with these marks (states of servers) that are numbered up to `newest`."""
         with self._changing() as database:
             delete = f"DELETE FROM unconfirmed WHERE mark IN {_places(marks)} AND number <= ?"
             database.execute(delete, (*marks, newest))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with these marks of a server's state, and return how many were deleted."""
+        """Delete the answers with these marks (each stands for a state of a server); return how many were deleted."""
         marked = f"unconfirmed WHERE mark IN {_places(marks)}"
         with self._changing() as database:
             delete = f"DELETE FROM answers WHERE key IN (SELECT key FROM {marked})"
@@ -104,7 +104,7 @@ class SqliteAnswers(Answers):
         return removed
 
     def removals(self, marks: Collection[str]) -> int:
-        """Return a counter that grows when any process deletes answers with these marks of a server's state."""
+        """Return a counter that grows when any process deletes answers with these marks (states of servers)."""
         query = f"SELECT coalesce(max(number), 0) FROM removals WHERE mark IN {_places(marks)}"
         return int(self._rows_of(query, tuple(marks))[0][0])
 

@@ -16,7 +16,7 @@ WAYS_ON = (
 
 
 def marks_of(info: ModelInfo) -> dict[str | None, str]:
-    """Return a mark for each server of a model, by base URL (None for a model without an address).
+    """Return a mark (a hash of the state) of each server of a model, by base URL, or None without an address.
 
     If a server has the same mark twice, it had the same weights both times, and they were not replaced in between.
     """
@@ -28,7 +28,7 @@ def marks_of(info: ModelInfo) -> dict[str | None, str]:
 
 @dataclass(frozen=True)
 class Moment:
-    """The unconfirmed answers just before a server is checked.
+    """The answers that were unconfirmed when a check of the server began.
 
     Attributes:
         newest: number of the newest unconfirmed answer in the cache.
@@ -75,7 +75,7 @@ class Unconfirmed:
         return bool(self._used)
 
     def find(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the cached answers that may be used, by key."""
+        """Return, by key, the cached answers that are confirmed or wait for the next check of this server."""
         answers = self._answers.find(keys)
         waiting = {key for key, cached in answers.items() if cached.mark is not None}
         if not waiting:
@@ -112,7 +112,7 @@ class Unconfirmed:
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:
-        """Confirm the given answers if the facts that the server reported after them are unchanged."""
+        """Confirm these answers if the server, checked after them, still reports the same facts."""
         if marks_of(info) != self._marks:
             raise self.change(self._difference(info))
         self._answers.confirm(self._known, moment.newest)
@@ -121,7 +121,7 @@ class Unconfirmed:
         self._used -= moment.used
 
     def change(self, how: str) -> ModelChangedError:
-        """Delete the unconfirmed answers, and return the error with the cause; later calls return the same error."""
+        """Delete the unconfirmed answers, and return an error with the cause; later calls return this error again."""
         if self.changed is None:
             removed = self._answers.remove(self._known)
             message = f"Model '{self._name}' changed during the sweep ({how}). {WAYS_ON}"

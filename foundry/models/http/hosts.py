@@ -15,7 +15,7 @@ from foundry.models.serving import RUN
 
 SCHEME_PORTS = {"http": 80, "https": 443}
 ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
-"""Addresses on which a server may listen but that no client can call, each with the address to call instead."""
+"""Addresses such as 0.0.0.0, on which a server listens but which no client can call; each has an address to call."""
 
 
 def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
@@ -77,14 +77,14 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
 MEMORY = 50
 """Number of recent answers per host from which its capacity is estimated."""
 LEAST_ANSWERED = 1.0
-"""Smallest number of recent answers that is assumed for a host, so that a slow host is tried again."""
+"""A host with fewer recent answers counts as one with this number, so that a slow host is tried again."""
 PREFERENCE = 1 / 8
 """Every run has a home host. A call goes to another host only if the load of that host is smaller by more than this
-share of the home host's load. With less than eight calls in flight, this share is less than one call, so no slot stays
-empty.
+share of the home host's load. If a host has fewer than eight calls in flight, this share is less than one call, so no
+slot of a server stays empty.
 """
 MOST_HOMES = 128
-"""Maximum number of runs for which the host is remembered. It exceeds the number of runs open at the same time."""
+"""Maximum number of runs for which the host is remembered. More runs than this are never open at the same time."""
 
 
 class HostPool:
@@ -124,14 +124,14 @@ class HostPool:
             self._in_flight[host] -= 1
 
     def next_served(self) -> Callable[[str | None], bool]:
-        """Return a function that says whether a run's next call should go to the host that has the most room now."""
+        """Return a function that tells, for a run's id, whether the run's next call can start on a host with room."""
         if len(self.hosts) == 1:
             return every_run
         served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
         return lambda run: self._homes.get(run or "") in served
 
     def _choice(self) -> str:
-        """Return the run's own host, unless the load of another host is smaller by more than `PREFERENCE`."""
+        """Return the run's home host, or another host whose load is smaller by more than the share `PREFERENCE`."""
         if len(self.hosts) == 1:
             return self.hosts[0]
         least, run = min(self.hosts, key=self._load), RUN.get()
@@ -151,7 +151,7 @@ class HostPool:
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return two numbers by which hosts are sorted: calls in flight relative to capacity, and recent answers."""
+        """Return a host's load, to sort by: calls in flight relative to capacity, then number of recent answers."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

@@ -20,7 +20,7 @@ LONGEST_RESET_S = 1e8
 ORDERS = {"retry-after-ms": 1e-3, "retry-after": 1.0}
 """Headers with a time to wait, each with the length of its unit in seconds."""
 BUDGETS = tuple((f"x-ratelimit-remaining-{kind}", f"x-ratelimit-reset-{kind}") for kind in ("requests", "tokens"))
-"""Pairs of headers: how many requests or tokens are left, and when the budget is full again."""
+"""Pairs of headers: one says how many requests or tokens are left, one when the full number is allowed again."""
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 DURATION = re.compile(r"(?:\d+(?:\.\d+)?(?:ms|us|h|m|s))+")
 PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|h|m|s)")
@@ -58,7 +58,7 @@ class Pause:
             await self._sleep(left_s)
 
     def judged(self, error: BackendError, origin: Origin) -> BackendError:
-        """Return the error, or an error that ends the sweep if the server requests too long a wait."""
+        """Return this error, or an error that ends the sweep if the server asks clients to wait too long."""
         wait_s = error.retry_after_s if isinstance(error, TransientError) else None
         return self._too_long(origin, wait_s) if wait_s is not None and wait_s > self._longest_s else error
 

@@ -17,7 +17,7 @@ Schema = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Asked:
-    """A question that waits at the desk."""
+    """A question that waits for a person's answer."""
 
     number: int
     person: str
@@ -27,7 +27,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Standing:
-    """The state of a desk, as the page shows it.
+    """The state of a desk (the queue of questions to a person), as the page shows it.
 
     Attributes:
         version: number that grows with every change.
@@ -53,10 +53,10 @@ class _Waiting:
 
 
 class Desk:
-    """Shows questions one at a time, and takes one answer to each. Answers may come from any thread."""
+    """Shows questions one at a time, and takes one answer to each. Any thread may hand in an answer."""
 
     def __init__(self, *, blind: bool = False, clock: Callable[[], float] = time.perf_counter) -> None:
-        """Set the order of questions.
+        """Make a desk without questions.
 
         Args:
             blind: whether questions come in an order that hides where they come from, not by step and agent.
@@ -119,7 +119,7 @@ class Desk:
             self._note()
 
     def standing(self, after: int = 0, patience_s: float = 0.0) -> Standing:
-        """Return the state of the desk as soon as its version is above `after`, or once the patience has passed."""
+        """Return the desk's state once its version is above `after`, or after `patience_s` seconds at the latest."""
         with self._changed:
             self._changed.wait_for(lambda: self._version > after, patience_s)
             question = None if self._now is None else self._now.asked

@@ -43,7 +43,7 @@ class HumanModel(ServedModel):
         return {"person": self._person, "schemas": self._schemas}
 
     async def inspect(self) -> ModelInfo:
-        """Return the capabilities: people can see."""
+        """Return the capabilities of people: they answer in text and can see images."""
         return ModelInfo(self.name, capabilities=("completion", "vision"))
 
     async def warm_up(self) -> None:

@@ -26,7 +26,9 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 LONGEST_REASON = 300
 ATTENTION = [SDPBackend.FLASH_ATTENTION, SDPBackend.EFFICIENT_ATTENTION, SDPBackend.MATH]
-"""All attention kernels except cuDNN's: with cuDNN, one call gave different texts in half precision on an H200."""
+"""All attention kernels but cuDNN's: with it, repeats of one call gave different texts, in half precision on an
+H200.
+"""
 VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 
@@ -42,7 +44,7 @@ class SeededRows:
         self._generators = [torch.Generator().manual_seed(seed) for seed in seeds]
 
     def __call__(self, input_ids: Any, scores: Any) -> Any:
-        """Return scores, shape (rows, vocabulary), with the chosen token at 0 and all others at -inf."""
+        """Return new scores (rows, vocabulary): 0 for the chosen token of a row, -inf for all others."""
         chosen = self._chosen(scores.to(torch.float64 if scores.dtype == torch.float64 else torch.float32))
         return torch.full_like(scores, float("-inf")).scatter_(1, chosen, 0.0)
 
@@ -60,7 +62,7 @@ class SeededRows:
 
 
 def _kept_chances(values: Any, sampling: Sampling) -> Any:
-    """Return unnormalised probabilities of logits in descending order, shape (rows, kept); a dropped token has 0."""
+    """Return the tokens' probabilities, not normalised, (rows, kept); logits descend, and a dropped token gets 0."""
     chances = torch.softmax(values / sampling.temperature, dim=1)
     before = chances.cumsum(dim=1) - chances
     dropped = (before >= sampling.top_p) | (chances < sampling.min_p * chances[:, :1])
@@ -176,7 +178,7 @@ class Engine:
             torch.cuda.empty_cache()
 
     def answer(self, requests: Sequence[Request]) -> list[Reply | Exception]:
-        """Return, for each request, the reply or the error that explains why there is none."""
+        """Return, for each request, the reply or, if there is no reply, an error with the cause."""
         results: dict[int, Reply | Exception] = {}
         for index, request in enumerate(requests):
             refusal = self._refusal(request)
@@ -188,7 +190,7 @@ class Engine:
         return [results[index] for index in range(len(requests))]
 
     def _refusal(self, request: Request) -> FoundryError | None:
-        """Return the error for a request that can never be answered, or None; a prompt that is too long is not cut."""
+        """Return an error if a request can never be answered, for example because its prompt is too long; else None."""
         try:
             tokens = int(self._encoded([request])["input_ids"].shape[1])
         except (TemplateError, UnidentifiedImageError) as error:

@@ -35,7 +35,7 @@ class _Waiting:
 
 
 class Batches:
-    """Collects requests in batches; all requests of a batch have the same number of images.
+    """Collects requests in batches; only requests with the same number of images share a batch.
 
     While the model answers one batch, the next batch is collected.
 
@@ -67,7 +67,7 @@ class Batches:
         await asyncio.get_running_loop().run_in_executor(self._executor(), work)
 
     def close(self) -> None:
-        """End the thread; a later call starts a new one."""
+        """End the model's thread; a later call of the model starts a new thread."""
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.shutdown(wait=True)
@@ -109,7 +109,7 @@ class Batches:
 
 
 class TransformersModel(ServedModel):
-    """Answers calls of several agents and runs in one batch. A reply depends on its prompt and seed, not on the batch.
+    """Answers calls of several agents and runs in one batch. A reply depends on its prompt and seed, not on its batch.
 
     The exception is rounding, which depends on the shape of a batch. So in half precision a text may differ, as on any
     server with parallel calls.
@@ -129,7 +129,7 @@ class TransformersModel(ServedModel):
         template: Mapping[str, Any] | None = None,
         revision: str | None = None,
     ) -> None:
-        """Take the settings of `conf/model/hf.yaml` without loading anything."""
+        """Take the settings, described in `conf/model/hf.yaml`; the weights are loaded later."""
         if not weights.strip():
             raise InputError("model.weights is empty: write model=hf/<folder or id>.")
         if dtype not in DTYPES:
@@ -149,7 +149,7 @@ class TransformersModel(ServedModel):
         return self._sampling.max_new_tokens
 
     def parameters(self) -> dict[str, Any]:
-        """Return everything besides weights, messages and seed that affects an answer."""
+        """Return the settings that affect an answer; weights, messages and seed are not among them."""
         return {"dtype": self._dtype, "options": msgspec.to_builtins(self._sampling), "template": self._template}
 
     async def ask(self, request: Request) -> Reply:

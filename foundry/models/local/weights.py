@@ -76,7 +76,7 @@ def _file_hash(file: Path) -> str:
 
 
 def _known() -> dict[str, str]:
-    """Return the stored hashes of files; {} if the store cannot be read, so that all hashes are computed again."""
+    """Return the stored hashes of weights files; if they cannot be read, {}, so that all are computed again."""
     try:
         hashes = json.loads(paths.weights_cache_file().read_bytes())
     except (OSError, ValueError):

@@ -37,7 +37,7 @@ SAMPLER_OPTIONS = frozenset(
     }
 )
 LOOK_UP_S = 30.0
-"""Timeout for requests that are no calls of the model, seconds."""
+"""Timeout for requests to the server that ask for no reply of the model, such as for its version, seconds."""
 THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
@@ -85,7 +85,7 @@ class OllamaModel(HttpModel):
 
     @property
     def longest_reply(self) -> int | None:
-        """The option `num_predict`; None if it is negative, since then a reply has no limit."""
+        """Maximum number of tokens of a reply (`num_predict`); None without a limit, as for a negative value."""
         limit = self.settings.options.get("num_predict")
         return int(limit) if isinstance(limit, int) and limit > 0 else None
 
@@ -99,7 +99,7 @@ class OllamaModel(HttpModel):
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request with one call, as soon as the server may be called; `RetriedModel` repeats failures."""
+        """Answer one request with one call, once the server may be called; `RetriedModel` repeats failed calls."""
         body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
         with self._pool.least_loaded() as host:
             origin = self._origin(host)

@@ -72,7 +72,7 @@ def full_tag(name: str) -> str:
 
 
 def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[str, Any]:
-    """Return the row of a model in the answer to `GET /api/tags`."""
+    """Return the entry of this model in the list of models that `GET /api/tags` gives."""
     models = listing.get("models")
     if not isinstance(models, list):
         raise InputError(f"The server at {host} is not an Ollama server. {WAYS_ON}")
@@ -106,7 +106,7 @@ def remote_in(said: Mapping[str, Any]) -> str | None:
 
 
 def loaded_in(row: Mapping[str, Any]) -> Loaded:
-    """Return the report on a loaded model, given its row in the answer to `GET /api/ps`."""
+    """Return the report on a loaded model, read from its entry in the answer to `GET /api/ps`."""
     size, on_gpu, on_cpu = length_in(row.get("size")), row.get("size_vram"), None
     if size is not None and isinstance(on_gpu, int) and 0 <= on_gpu <= size:
         on_cpu = 1 - on_gpu / size
@@ -114,7 +114,7 @@ def loaded_in(row: Mapping[str, Any]) -> Loaded:
 
 
 def context_length(info: Any) -> int | None:
-    """Return the longest context of a model in tokens; its key contains the name of the model's architecture."""
+    """Return the longest context of a model, tokens, from a key such as `llama.context_length`."""
     if not isinstance(info, Mapping):
         return None
     return length_in(info.get(f"{info.get('general.architecture')}.context_length"))

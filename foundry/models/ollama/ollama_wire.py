@@ -15,7 +15,7 @@ from foundry.worlds.base import LENGTH, STOPPED
 
 DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
 BYTES_PER_TOKEN = 4
-"""A prompt with more than this number of bytes per token of the context does not fit, so the server cuts the prompt."""
+"""If a prompt has more bytes than this number times the context's tokens, it does not fit, so the server cuts it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class ChatSettings:
 
 
 def shared_fields(settings: ChatSettings) -> dict[str, Any]:
-    """Return the fields that every body has.
+    """Return the fields that the body of every call has.
 
     `truncate` is off, since the server would otherwise cut a long prompt silently. `think` is always sent, since models
     that can think do so by default.

@@ -28,7 +28,7 @@ OPTIONS = frozenset(
     }
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
-"""Keys that `extra` must not contain: each has a setting of its own, or its value changes with each call."""
+"""Keys that the setting `extra` must not contain: foundry sets them from other settings or for each call."""
 SAMPLED = frozenset({"top_p", "presence_penalty", "frequency_penalty", "stop", "max_tokens", "max_completion_tokens"})
 """Options that canary calls leave out or set themselves."""
 DETAILS = (None, "low", "high", "auto")
@@ -93,7 +93,7 @@ class OpenAIModel(HttpModel):
 
     @property
     def longest_reply(self) -> int | None:
-        """The option `max_completion_tokens` or `max_tokens`."""
+        """Maximum number of tokens of a reply, by the option `max_completion_tokens` or `max_tokens`; else None."""
         options = self.settings.options
         limit = options.get("max_completion_tokens", options.get("max_tokens"))
         return None if limit is None else int(limit)

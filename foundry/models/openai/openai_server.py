@@ -13,13 +13,15 @@ from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
-"""Names of environment variables from which a key may be read. The settings of a sweep may come from a stranger, who
-must not be able to name a variable with another secret.
+"""Names of environment variables from which a key may be read. A stranger may have written the settings of a sweep, and
+these must not name a variable that holds another secret.
 """
 SHORTEST = 8
-"""Minimum length of a real key. A shorter key is a placeholder such as `EMPTY`; errors may contain this word."""
+"""Minimum length of a real API key. A shorter key is a placeholder such as `EMPTY`, which is not removed from
+errors.
+"""
 SHORTEST_IN_REPLIES = 12
-"""Minimum length of a key that is removed from replies. A shorter key may be a word that the model wrote."""
+"""Minimum length of a key that is removed from replies. A shorter key may equal a word that the model wrote."""
 REDACTED = b"[key]"
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
 """Fields in a server's list of models that identify a model. Other fields change with time, price or a restart."""

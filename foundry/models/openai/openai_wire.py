@@ -44,7 +44,7 @@ FATAL: Mapping[str, str] = {
     "unsupported_value": "Change {param}, or leave it out: model.options.{param}=null",
     "unknown_parameter": "Remove {param} from model.options and model.extra.",
 }
-"""Codes and types of errors that a repeated call would meet again, each with advice to the user."""
+"""Codes and types of errors that a repeated call would get again; each has advice to the user."""
 TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
 """Texts of errors that reject images; llama.cpp sends one of them with status 500."""
@@ -60,7 +60,7 @@ ENDINGS: Mapping[object, str] = {
 def refusal(
     origin: Origin, status: int, content: bytes, wait_s: float | None = None, *, key_env: str | None = None
 ) -> BackendError:
-    """Return the error that a response with this status and body means."""
+    """Return the error for a response, by its status and body."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     fields = {"key_env": key_env or "an environment variable", "param": _field(content, "param") or "the parameter"}
@@ -116,7 +116,7 @@ class ChatSettings:
 
     @property
     def sent(self) -> dict[str, Any]:
-        """The fields that every body has besides model, messages and seed."""
+        """The fields that the body of every call has besides model, messages and seed."""
         return {"stream": False, **self.options, **logprobs_asked(self.logprobs)}
 
 
@@ -244,7 +244,7 @@ def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
 
 
 def _timings(body: Mapping[str, Any], origin: Origin, latency_s: float) -> dict[str, float]:
-    """Return seconds by name, as llama.cpp reports them; the remaining measured time is the wait for a slot."""
+    """Return the durations that llama.cpp reports, seconds; the call's other time counts as the wait for a slot."""
     timings = body.get("timings")
     keys = ("prompt_ms", "predicted_ms")
     if not isinstance(timings, dict) or not timings.keys() >= set(keys):

@@ -1,6 +1,6 @@
 """A scripted model with faults: it corrupts a given share of another policy's replies.
 
-Each fault names the outcome that the 2D worlds must record for a reply with this fault.
+The attribute `outcome` of a fault is the outcome that the 2D worlds must record for a reply with this fault.
 """
 
 import json
@@ -60,7 +60,7 @@ class Truncated(Fault):
     outcome = Outcome.TRUNCATED
 
     def spoil(self, text: str) -> Reply:
-        """Cut the text three characters after its first colon."""
+        """Return a truncated reply: the text up to three characters after its first colon."""
         return Reply(text=text[: text.index(":") + 4], ending="length")
 
 

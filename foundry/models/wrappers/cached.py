@@ -10,7 +10,7 @@ from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.wrapper import Wrapper
 
 MANY = 64
-"""With this many calls in flight, a commit waits for more answers, since a transaction takes as long as ten rows."""
+"""With this many calls in flight, a commit waits for more answers, since each commit costs as much as ten rows."""
 MOMENT_S = 0.005
 """Time for which a commit waits for more answers, seconds."""
 
@@ -85,7 +85,7 @@ class CachedModel(Wrapper):
         return reply
 
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
-        """Return a future that ends when the reply is committed; replies that arrive together share a commit."""
+        """Return a future that is done when the reply is stored; replies that arrive together share one commit."""
         loop = asyncio.get_running_loop()
         if not self._unsaved:
             if len(self._in_flight) < MANY:

@@ -30,7 +30,7 @@ class CanaryAsker:
         self.calls = 0
 
     async def ask(self, prompts: Sequence[int] = ALL) -> list[Signs]:
-        """Return each server's answers to the prompts with these numbers; empty if no server answers.
+        """Ask every server the canary's prompts with these numbers; return the answers of each server that answered.
 
         A call may fail without consequence, since a canary must not end a sweep. Only overload is reported.
 
@@ -77,7 +77,7 @@ class CanaryWatch:
         self._worst: Distance | None = None
 
     async def change(self) -> str | None:
-        """Make canary calls, and say how the weights differ from the weights of the cached answers; None if equal.
+        """Make canary calls; return how the weights differ from those of the cached answers, or None if they are equal.
 
         The first time, all prompts are asked; later one prompt at a time, and all again if its answer differs. If the
         server reports a digest, a difference is only logged, and the result is None.
@@ -99,7 +99,7 @@ class CanaryWatch:
         return None
 
     def record(self) -> Canary | None:
-        """Return the canary for the record of a run; None if no server answered a canary call."""
+        """Return the results of the canary calls, for the record of a run; None if no server answered a canary call."""
         signs = self._reference()
         verdict, words = (None, "") if self._worst is None else (self._worst.verdict, str(self._worst))
         known = Canary(model=self._name, signs=signs, calls=self._asker.calls, verdict=verdict, distance=words)

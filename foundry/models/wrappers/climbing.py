@@ -1,9 +1,9 @@
 """Finds the best number of calls in flight for a server by hill climbing on its throughput.
 
 The latency of single calls does not show whether a server is saturated. Replies differ in length, and a batch slows
-single replies long before it lowers the total throughput. So limits are compared by tokens answered per second. Hill
-climbing in .NET's thread pool and adaptive concurrency limiters do the same. A new limit is accepted or rejected once
-the difference in throughput exceeds the noise, which is estimated from the calls.
+single replies long before it lowers the total throughput. So limits are compared by tokens answered per second. .NET's
+thread pool and adaptive concurrency limiters compare limits by throughput too. A new limit is accepted or rejected once
+the difference in throughput is larger than its standard error explains.
 """
 
 from __future__ import annotations
@@ -20,32 +20,34 @@ LINEAR = 0.6
 FLAT = 0.1
 """Below this relative gain, a lower limit loses almost no throughput, so the next decrease of the limit is larger."""
 CLEAR = 0.05
-"""A measured throughput whose relative error is below this value is exact enough for a comparison."""
+"""Two limits are compared once the relative error of the measured throughput is below this value."""
 MANY_CALLS = 120
 """Number of calls after which an undecided comparison ends, and is repeated with a larger step."""
 COARSE = 0.5
 """Maximum error of a relative gain by which a new limit is accepted or rejected early."""
 FIRST_STEP = 4.0
-"""Factor of the first increase of the limit. The factor is large, since too many calls for a short time cost little."""
+"""Factor of the first increase of the limit. It is large, since too many calls in flight for a short time do little
+harm.
+"""
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
 """Minimum number of answers for a measurement."""
 REACHED = 0.25
-"""Minimum share of the time in which calls wait for the limit; with less, the limit makes no difference."""
+"""If calls wait for the limit in less than this share of the time, the limit makes no difference."""
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
-"""Maximum ratio of calls in flight to calls that the server works on. The limit falls if more than one
-call is in flight beyond this ratio, since such calls only wait.
+"""Maximum ratio of calls in flight to calls that the server works on. If the calls in flight exceed this maximum by
+more than one, the limit falls, since such calls only wait.
 """
 REFUSED = 0.3
 """Share of refused tries above which the limit falls."""
 ALL_REFUSED = 0.5
-"""Share of refused tries from which the limit is halved, even if calls that began under an earlier limit still run."""
+"""If at least this share of the tries is refused, the limit is halved at once, even if older calls still run."""
 
 
 class Sums(msgspec.Struct):
-    """Sums over the answered calls of one or more workers. Later sums minus earlier sums describe the time in between.
+    """Sums over the answered calls of one or more workers. The difference of two sums describes a period.
 
     Attributes:
         calls: answered calls.
@@ -76,7 +78,7 @@ class Sums(msgspec.Struct):
     clock_s: float = 0.0
 
     def note(self, work: float, seconds: float, queue_s: float | None) -> None:
-        """Add an answered call; `queue_s` is None if the server does not report its queue."""
+        """Add an answered call; `queue_s` is None if the server does not report how long the call waited."""
         self.calls += 1
         self.work += work
         self.seconds += seconds
@@ -124,7 +126,7 @@ class Measured:
 
     @classmethod
     def of(cls, sums: Sums, workers: int) -> Measured | None:
-        """Return the performance over the period that a difference of sums describes; None if nothing was answered.
+        """Return the performance over a period, from later sums minus earlier sums; None if nothing was answered.
 
         By Little's law the rate is the number of calls in flight times the work per second of a call. The work of a
         call grows with its time, so this is far more precise than to count the ended calls.
@@ -149,7 +151,7 @@ class Measured:
 
 
 class Climb:
-    """Finds a limit by trial: it measures at one limit, tries another limit, and takes the better of the two.
+    """Finds the best limit by trial: it measures throughput at two limits, keeps the better one, and tries again.
 
     It gets the sums so far whenever they change, and sets `limit`, the allowed calls in flight. At first the limit
     grows fourfold as long as that pays. Then steps become smaller, and later go up and down alternately, with rests
@@ -180,7 +182,7 @@ class Climb:
         self._unaccounted = 0.0
 
     def look(self, sums: Sums, workers: int = 1) -> None:
-        """Change the limit if that helps, given the latest sums over the calls of this number of workers."""
+        """Change the limit if that helps; `sums` are the latest sums over the calls of all workers."""
         if workers != self._workers:
             self._workers = workers
             self._rest_at(self._home, sums, self._rest_calls)
@@ -196,7 +198,7 @@ class Climb:
             self._judge(calls, sums)
 
     def _is_refused(self, sums: Sums) -> bool:
-        """Lower the limit if the server refused too many calls since the last change; return whether it did."""
+        """Lower the limit if the server refused too many calls since the last change; return whether it was lowered."""
         refused, calls = sums.refused - self._start.refused, sums.calls - self._start.calls
         share = refused / max(1, calls + refused)
         if refused < min(4, self.limit) or calls + refused < self.limit / 2:
@@ -298,7 +300,7 @@ class Climb:
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _try_less(self, sums: Sums) -> None:
-        """Increase the earlier limit by less than before; the measurement at the earlier limit is still valid."""
+        """Next, try a limit closer to the earlier limit, whose measured throughput is still valid."""
         self._step = math.sqrt(self._step)
         self._climbing = self._step >= LARGEST_STEP
         self._go_to(min(self._most, round(self._home * self._step)), sums)
@@ -333,7 +335,7 @@ class Climb:
         self._go_to(limit, sums)
 
     def _go_to(self, limit: int, sums: Sums) -> None:
-        """Change the limit; measure again only after the calls under the old limit have ended."""
+        """Set a new limit, and measure throughput only after the calls that began under the old limit have ended."""
         self._settle = float(max(self.limit, limit) + abs(limit - self.limit))
         self.limit = limit
         self._start = sums.copy()

@@ -16,13 +16,13 @@ from foundry.models.wrappers.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 CONFIRM_EVERY_CALLS = 100
-"""The server is checked at a random one of this many calls, to find weights that are replaced only for a short time."""
+"""In each group of this many calls, a random one causes a check, to find weights that are replaced for a short time."""
 FREE_CONFIRMATIONS, CALLS_A_CONFIRMATION = 32, 20
-"""Number of checks after new connections that are always made; number of calls that allow one more such check."""
+"""The first 32 new connections each cause a check; later ones do so only once per 20 calls."""
 
 
 class Doubts(NamedTuple):
-    """Counts of the events after which the server is checked.
+    """Counts of events that make a check of the server necessary, such as new connections.
 
     Attributes:
         raised: failures, and calls chosen at random.
@@ -34,7 +34,7 @@ class Doubts(NamedTuple):
 
 
 class ConfirmedModel(Wrapper):
-    """Checks the server after a new connection or a failure, every minute, and after random calls.
+    """Checks the server's weights after a new connection or a failure, every minute, and after random calls.
 
     A check compares the server's facts about the model, and its answers to canary calls. The canary decides if the
     server reports no digest; otherwise a difference is only logged.
@@ -113,7 +113,7 @@ class ConfirmedModel(Wrapper):
         return are_rare and self.inner.connections > self._settled.connections
 
     def _draw(self, request: Request) -> None:
-        """Count a call. In each hundred calls, a random one causes a check; the seed of the first call draws it."""
+        """Count a call; in each hundred calls, a random one causes a check, drawn with the seed of the first call."""
         place = self._calls % CONFIRM_EVERY_CALLS
         if place == 0:
             self._drawn = int(seeding.stream(request.seed, "canary").integers(CONFIRM_EVERY_CALLS))

@@ -48,7 +48,7 @@ class Limit:
 
     @property
     def sums(self) -> Sums:
-        """The sums over the calls so far."""
+        """Sums over all calls so far, such as their number, tokens and time."""
         self._pass_time()
         return self._sums
 
@@ -71,7 +71,7 @@ class Limit:
         return self._now
 
     def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
-        """Count a call as ended, and let waiting calls start, first the calls that suit the free server."""
+        """Count a call as ended, and let waiting calls start, first those for which `suits` is true."""
         self._pass_time()
         self.in_flight -= 1
         for _ in range(PACE):
@@ -82,20 +82,20 @@ class Limit:
                 turn.set_result(None)
 
     def note_reply(self, reply: Reply, started: float) -> None:
-        """Record the answer to a call that started at the given time."""
+        """Record a reply; its call started at the time `started`, seconds."""
         self._pass_time()
         self._sums.note(float(reply.output_tokens or 1), self._now - started, reply.timings.get("queue"))
         self._look()
 
     def note_failure(self, error: TransientError, started: float) -> None:
-        """Record a failed try; a try that started before the last change of the limit does not count."""
+        """Count a failed try against the limit, unless the try started before the last change of the limit."""
         if (error.busy or error.late) and started >= self._changed:
             self._pass_time()
             self._sums.refused += 1
             self._look()
 
     def share(self) -> None:
-        """End the search for a limit: from now on, only `allow` sets the limit."""
+        """Stop adapting the limit: from now on, only the method `allow` sets the limit."""
         self._climb = None
 
     def find(self, initial: int, *, known: bool) -> None:

@@ -42,7 +42,7 @@ def _as_set(env: Any) -> str:
 
 
 def _arrays(rules: Mapping[int, Mapping[int, Any]]) -> tuple[Any, ...]:
-    """Return four arrays (states, actions, outcomes): probability, next state, reward, 1 if the episode goes on."""
+    """Return four (states, actions, outcomes) arrays: probability, next state, reward, 1 if the episode goes on."""
     most = max(len(outcomes) for actions in rules.values() for outcomes in actions.values())
     shape = (len(rules), len(rules[0]), most)
     chance, reward, goes_on = np.zeros(shape), np.zeros(shape), np.zeros(shape)

@@ -12,7 +12,7 @@ from foundry.declared import Actions
 from foundry.errors import InputError
 
 MASK = "action_mask"
-"""Key of the legal actions in an environment's observation or infos."""
+"""Key under which an environment lists its legal actions, in the observation or in the infos."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from foundry.worlds.rounds.table import Decision, Table
 from foundry.worlds.validation import check_number
 
 TURN = "turn"
-"""The only kind of question."""
+"""The only kind of question in worlds of other libraries."""
 PIXELS = "rgb_array"
 """Render mode that returns an array."""
 _INSTALL = "The shipped worlds need the extra `gym`. From a clone: pip install -e '.[gym]'"
@@ -139,7 +139,7 @@ class Adapted(RoundsScenario):
 
     @property
     def shows_images(self) -> bool:  # type: ignore[override]
-        """Whether agents see the environment's picture."""
+        """True if agents see the environment's picture."""
         return self.image
 
     @abstractmethod
@@ -358,7 +358,7 @@ class ParallelWorld(PettingZooWorld):
 
 
 def _import_installed(package: str) -> None:
-    """Import an installed package. Reject other modules, since a stranger's record may name harmful ones."""
+    """Import an installed package; nothing else, since a stranger's record may name a harmful module."""
     if package not in packages_distributions():
         message = f"world.package={package} is not installed. Install the package that contains it."
         raise NotInstalledError(message, _INSTALL)

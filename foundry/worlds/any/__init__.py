@@ -1,1 +1,1 @@
-"""Policies and edits for worlds of every form."""
+"""Policies and edits that work in every world, whatever its form."""

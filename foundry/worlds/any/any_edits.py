@@ -57,7 +57,7 @@ def other_image(question: Question, others: Sequence[Question]) -> Question | No
 
 
 def places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the positions, from 2, of the options that this edit can move to the front of a list."""
+    """Return the parts "2", "3" and so on of this edit: the positions of options that it can move to the front."""
     most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
     return tuple(str(place) for place in range(2, most + 1))
 
@@ -82,7 +82,7 @@ def attributes(scenario: Scenario) -> tuple[str, ...]:
 
 
 def swap_persona(question: Question, others: Sequence[Question], part: str | None = None) -> Question | None:
-    """Copy the agent's persona, or one attribute (`part`), from another moment; None if all moments have the same."""
+    """Copy the persona, or one attribute of it (`part`), from another moment; None if no moment has a different one."""
     own = question.observation.get("persona")
     if not own:
         return None

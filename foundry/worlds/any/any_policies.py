@@ -30,7 +30,7 @@ class Random(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Answers every kind of question, with one of its options."""
+        """None, since the policy answers every kind of question, with one of the listed options."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question that lists no legal replies."""
@@ -96,7 +96,7 @@ class First(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Answers every kind of question, with one of its options."""
+        """None, since the policy answers every kind of question, with one of the listed options."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question that has neither options nor an idle reply."""

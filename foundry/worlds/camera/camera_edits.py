@@ -11,7 +11,7 @@ from foundry.worlds.probe.editing import Edit, observing
 
 _SIDES = {"left": "right", "right": "left", "turn left": "turn right", "turn right": "turn left"}
 _ARROW = " → "
-"""Text between two names of things in a choice of several things."""
+"""Text between the names in a choice of several things: "door → chair → lamp"."""
 _POSE = ("x", "y", "z", "yaw", "pitch")
 
 

@@ -1,4 +1,4 @@
-"""Scripted policies of 3D worlds, and the sentences by which they move."""
+"""Scripted policies of 3D worlds, and the sentences with which they ask for motions."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,7 @@ def gaze(degrees: float) -> str:
 
 
 def forward(metres: float) -> str:
-    """Return the sentence that moves the body ahead."""
+    """Return the sentence that asks to move the body ahead."""
     return f"Move forward {metres:.3f} m."
 
 
@@ -44,26 +44,26 @@ class Wander(ScriptedModel):
         self._max_turn_deg, self._max_distance_m = max_turn_deg, max_distance_m
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Return the next movement."""
+        """Return a sentence that asks for the next movement."""
         if rng.random() < 0.5:
             return f"Let me look elsewhere. {turn(float(rng.uniform(-1, 1)) * self._max_turn_deg)}"
         return f"Let me go on. {forward(float(rng.uniform(0.1, 1)) * self._max_distance_m)}"
 
 
 class Spin(ScriptedModel):
-    """Turns left by the same angle at every decision."""
+    """Turns left at every decision, always by `turn_deg`."""
 
     def __init__(self, name: str, turn_deg: float = 45.0) -> None:
         super().__init__(name, turn_deg=turn_deg)
         self._turn_deg = turn_deg
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Return the next movement."""
+        """Return a sentence that asks for the next movement."""
         return f"I look around. {turn(self._turn_deg)}"
 
 
 class Knower(Spin):
-    """Reads the right answers about a walk in `Question.secret`; if the policy must walk itself, it only turns."""
+    """Gives the right answers, read from `Question.secret`, to questions about a walk; asked to move, it only turns."""
 
     def nearer(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the right answer."""
@@ -114,7 +114,7 @@ class Oracle(ScriptedModel):
         return act(towards_place(observation, rng), memory=known_fires(observation), reasoning=reasoning)
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Return the next movement."""
+        """Return a sentence that asks for the next movement."""
         return f"I know where the {observation['target']} is. {_next(observation)}"
 
 

@@ -28,7 +28,7 @@ class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
 
 
 class BodySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The agent's body, metres."""
+    """The size of the agent's body, metres."""
 
     radius: Positive
     height: Positive

@@ -11,7 +11,7 @@ idle_streak   number of decisions without a movement since the last one with a m
 target        name of the target, or "".
 limits        {max_distance_m, max_turn_deg, max_gaze_deg}.
 
-Further keys, in `Question.secret`, reach only scripted policies, and never a prompt:
+The keys below are in `Question.secret`; only scripted policies get them, and no prompt contains them:
 
 way           corners of the shortest path to the goal: [[x, y]], metres.
 near          whether the foot is near enough to the target.
@@ -79,7 +79,7 @@ from foundry.worlds.camera.surroundings import (
 
 @dataclass(frozen=True)
 class Moved:
-    """The result of a command.
+    """The motion that the world carried out for a command.
 
     Attributes:
         boundary: name of the obstacle or limit that shortened the motion, or None.
@@ -119,7 +119,7 @@ def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch
 
 
 def _secret_of(around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> Computed:
-    """Return the data that only scripted policies get; the head of this module lists its keys."""
+    """Return the data that only scripted policies get; the text at the top of this module explains the keys."""
     return Computed(
         {
             "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
@@ -190,7 +190,7 @@ class CameraScenario(Scenario):
         return CameraWorld(self, target, self.surroundings.draw_start(seeding.stream(seed, "start"), target))
 
     def notes(self) -> Sequence[str]:
-        """Return a note on undefined measures if the world has no target."""
+        """If the world has no target, return a note that the measures of reaching a target are undefined."""
         if self.settings.targets:
             return ()
         return (
@@ -203,11 +203,11 @@ class CameraScenario(Scenario):
         return CameraRedrawing(self.surroundings, recorded)
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that this scene is the one of an episode, given its line of `episode.jsonl`."""
+        """Check that a recorded episode was played in this scene; `episode` is the line of its `episode.jsonl`."""
         self.surroundings.episode(episode)
 
     def actions(self) -> dict[str, Actions]:
-        """Return the kinds of command, without amounts; an unreadable reply counts as the first kind, `stay`."""
+        """Return the kinds of command as actions; amounts are left out, and an unreadable reply counts as `stay`."""
         return {MOVE: Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])}
 
     def count_calls(self) -> int:
@@ -284,7 +284,7 @@ class CameraWorld(World):
         }
 
     def pending(self) -> Sequence[Question]:
-        """Return this step's question, with the agent's image; none if the episode is finished."""
+        """Return this step's question, with the agent's image; an empty list if the episode is finished."""
         if self.finished:
             return []
         stopped = self._latest is not None and self._latest.boundary is not None
@@ -403,7 +403,7 @@ class CameraRedrawing(Redrawing):
         return (f"reply ({record.outcome}): {' '.join(record.reply.split())}",)
 
     def frame(self, step: int) -> OverviewFrame:
-        """Return the content of the overview after a step."""
+        """Return the data from which the overview after a step is drawn."""
         latest = self._steps[step - 1] if step else None
         return _overview_after(latest, self._poses[: step + 1], self._around.settings.body.height, self.view(step))
 

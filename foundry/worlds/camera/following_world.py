@@ -79,7 +79,7 @@ class FollowScenario(ThingsScenario):
         self._latest: tuple[int, Errand] | None = None
 
     def start(self, seed: int) -> "FollowWorld":
-        """Return a fresh episode; the seed draws the target and the start of the route."""
+        """Return a fresh episode; the route's target and start are drawn with the seed."""
         return FollowWorld(self, self.errand(seed))
 
     def errand(self, seed: int) -> Errand:

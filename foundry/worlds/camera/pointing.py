@@ -16,7 +16,7 @@ NEAR_M = 0.02
 """Smallest distance from the eye at which something is drawn, metres."""
 
 _FOLLOWING = (1, 2, 0)
-"""For each corner of a triangle, its next corner."""
+"""The number of the next corner, for each of a triangle's corners 0, 1 and 2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class Pointer:
         )
 
     def _shares(self, offsets: FloatArray) -> FloatArray:
-        """Return where the picture shows points at (n, 3) offsets from the eye, (k, 2), without points behind it."""
+        """Return the picture positions (k, 2) of points at offsets (n, 3) from the eye; drop points behind the eye."""
         return in_picture(offsets[offsets[:, 2] >= NEAR_M], self._frame, self._fov_deg) / self._frame
 
     def _box(self, corners: FloatArray) -> FloatArray | None:
@@ -121,13 +121,13 @@ def _inside(boxes: FloatArray, places: FloatArray) -> BoolArray:
 
 
 def _holding(boxes: FloatArray, places: FloatArray) -> FloatArray:
-    """Return the boxes that contain one of (k, 2) places, or all boxes if none does."""
+    """Return the boxes that contain at least one of the places (k, 2); if no box does, return all boxes."""
     holding = _inside(boxes, places).any(axis=1)
     return boxes[holding] if holding.any() else boxes
 
 
 def _midmost(places: FloatArray, boxes: FloatArray) -> FloatArray | None:
-    """Return the most central of the places (k, 2) that the largest box contains, or None if it contains none."""
+    """Return the most central of the places (k, 2) in the largest box, or None if this box contains no place."""
     if not len(boxes):
         return None
     largest = np.argmax((boxes[:, 1] - boxes[:, 0]).prod(axis=1))

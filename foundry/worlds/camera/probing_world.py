@@ -73,7 +73,8 @@ class ProbeStep(CameraStep, frozen=True, kw_only=True):
 
 
 WALKS = ("oracle", "own")
-"""The values of `walk`: the walk is drawn from the scene, or the agent chooses it."""
+"""Values of `walk`: `oracle` is a shortest route to a random thing; with `own`, the agent chooses its walk.
+"""
 
 
 class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -74,7 +74,7 @@ def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path
 
 
 def _foot(bounds: FloatArray) -> FloatArray:
-    """Return the foot (3,), metres, of a body that shows the scale: in the middle, or beside a small scene."""
+    """Return the foot (3,), metres, of a body that shows the scene's size: in the middle, or beside a small scene."""
     low, high = bounds
     is_small = (high - low).max() < BODY_M[2]
     middle = (low + high) / 2

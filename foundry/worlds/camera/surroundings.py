@@ -1,4 +1,4 @@
-"""The parts of a scene that all runs in a process share: geometry, collisions, paths, targets and views."""
+"""A scene's geometry, obstacles, paths, targets and views, which all runs in a process share."""
 
 import io
 from collections import Counter
@@ -52,10 +52,10 @@ CLEARANCE_M = 0.1
 """Smallest gap between the body and obstacles at the start, metres."""
 
 ARRIVED_M = 0.03
-"""Distance at which a corner of a path counts as reached, metres, since no agent meets it exactly."""
+"""An agent this close to a corner of a path, metres, has reached the corner, since no agent meets it exactly."""
 
 DRAWS = 100
-"""Largest number of times that a start or a path is drawn until one is suitable."""
+"""Maximum number of random draws until a suitable start or path is found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class Way:
 
 
 class Surroundings:
-    """A scene with its body, its targets and its eye."""
+    """A scene, the body and the eye of the agent in it, and the agent's targets."""
 
     def __init__(self, settings: CameraSettings) -> None:
         self.settings = settings
@@ -228,7 +228,7 @@ class Surroundings:
 
 
 def surroundings_of(settings: CameraSettings) -> Surroundings:
-    """Return the surroundings for these settings; the latest ones are cached, and runs and conditions share them."""
+    """Return the scene, paths and views for these settings, shared by runs and conditions; the latest are cached."""
     elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
     return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
 
@@ -248,7 +248,7 @@ JPEG_QUALITY = 90
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """The view from a pose, and facts about it.
+    """The view from a pose, and facts about the pose and the view.
 
     Attributes:
         image: (h, w, 3) RGB.

@@ -1,4 +1,4 @@
-"""Divides a route into legs and describes them in English and Japanese; each description is true of the legs."""
+"""Divides a route into straight legs, and describes the legs truly in English and Japanese."""
 
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -36,7 +36,7 @@ class Leg(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
-    """The facts of an episode with a described route (`episode.jsonl`, one line); the route is `shortest_path`.
+    """The facts of an episode with a described route: the one line of `episode.jsonl`; `shortest_path` is the route.
 
     Attributes:
         grain: level of detail: `coarse`, `medium` or `fine`.
@@ -53,7 +53,9 @@ class FollowEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 ASIDE_M, MEASURED_ASIDE_M = 0.6, 0.15
-"""Largest distance between a leg and a corner of the shortest path, metres; smaller if the route states lengths."""
+"""Largest distance between a leg and a corner of the shortest path, metres; the second value is for routes with
+lengths.
+"""
 
 NEAR_M = 2.5
 """Largest distance of a near thing from the end of a leg, seen from above, metres."""
@@ -62,7 +64,7 @@ TOWARDS_DEG = 10.0
 """Largest angle between a leg and the middle of the thing that it leads towards."""
 
 AHEAD_DEG = 15.0
-"""Largest angle between the heading and the middle of a thing that is called ahead."""
+"""Largest angle between the heading and the middle of a thing at which the thing is called ahead, degrees."""
 
 _Named: TypeAlias = tuple[str | None, str | None, str | None]
 _NOTHING: _Named = (None, None, None)
@@ -151,10 +153,12 @@ def side_of(aside: float) -> str:
 
 
 GRAINS = ("coarse", "medium", "fine")
-"""Levels of detail: the goal alone; the turns with the visible things; every leg with its turn and length."""
+"""Levels of detail: `coarse` gives the goal alone, `medium` the turns with visible things, `fine` each leg's turn and
+length.
+"""
 
 STRAIGHT_DEG, SLIGHT_DEG, BACK_DEG = 15.0, 50.0, 150.0
-"""Largest turn called straight on, largest turn called slight, and smallest turn called turning around, degrees."""
+"""Words for turns, degrees: up to the first angle "straight on", up to the second "slight", from the third "around"."""
 
 TILT_DEG = 10
 """Smallest angle between the goal and the horizon that a route mentions, degrees."""

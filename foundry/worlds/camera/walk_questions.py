@@ -1,7 +1,8 @@
 """Questions about a walk, with answers that are computed from its pictures and from the places of things.
 
-Every question has one certain answer: a thing is either clearly visible or not at all, and compared values differ by a
-margin. As far as the walk permits, all possible answers to a question are about equally likely.
+Every question has one certain answer. A thing counts only if it is clearly visible or not visible at all, and compared
+values must differ by a minimum. As far as the walk permits, all possible answers to a question are about equally
+likely.
 """
 
 import math
@@ -31,10 +32,10 @@ SIDE_DEG = (20.0, 160.0)
 """A thing on the left or right is between these angles from straight ahead, degrees."""
 
 NEAREST_M, MOST_M = 0.5, 30.0
-"""Smallest and largest distance of a thing in a `distance` question, metres; no answer may be larger."""
+"""Smallest and largest distance of a thing that a `distance` question asks for, metres; larger answers are illegal."""
 
 LEAST_SCALE_M = 0.5
-"""A `distance` question is asked only if no fixed answer for all things has a smaller mean error than this, metres."""
+"""A `distance` question is asked only if every constant answer has at least this mean error over all things, metres."""
 
 ACTIONS: Mapping[str, Actions] = {
     "nearer": Actions(labels=LETTERS[:2]),
@@ -43,7 +44,7 @@ ACTIONS: Mapping[str, Actions] = {
     "order": Actions(labels=LETTERS),
     "distance": Actions(low=0, high=MOST_M, whole=False),
 }
-"""The possible answers by kind of question."""
+"""The possible answers to each kind of question about a walk."""
 _FILE = Path(__file__).with_suffix(".toml")
 _TEXTS = msgspec.toml.decode(_FILE.read_bytes(), type=dict[str, dict[str, str]])
 
@@ -69,7 +70,7 @@ class Probe:
 
 
 class Walk:
-    """The things in a walk's pictures, and their directions from the end of the walk, the last pose of `frames`."""
+    """The things in a walk's pictures, and their directions from the end of the walk (the last pose of `frames`)."""
 
     def __init__(self, things: Things, frames: Sequence[Pose]) -> None:
         self._things, self.end = things, frames[-1]
@@ -80,7 +81,7 @@ class Walk:
         return [name for name in self._things.names if self._first(name) is not None]
 
     def unseen(self) -> list[str]:
-        """Return the things that no picture shows, not even with one pixel."""
+        """Return the things of which no picture shows a single pixel."""
         return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
 
     def arrivals(self) -> dict[str, int]:

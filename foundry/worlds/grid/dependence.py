@@ -2,9 +2,9 @@
 
 An agent's question depends on its neighbours' cells and messages, and on the number of agents in its place. An agent
 moves by at most one cell per step. So an agent that lags n steps behind will then be at most n cells away from its
-present cell (Manhattan distance). If no lagging agent can come near agent A in this time, A's next question is known,
-and foundry asks it early. Conservative discrete-event simulation uses the same rule; for agents played by language
-models, see Xie et al., AI Metropolis, arXiv:2411.03519.
+present cell (Manhattan distance). If no lagging agent can come near agent A within these n steps, A's next question is
+known, and foundry asks it early. Conservative discrete-event simulation also runs ahead only where no late event can
+interfere. For agents played by language models, see Xie et al., AI Metropolis, arXiv:2411.03519.
 """
 
 from collections import deque
@@ -131,7 +131,7 @@ class GridAhead(Ahead):
         cells: Sequence[Cell],
         inputs: Sequence[Kept],
     ) -> None:
-        """Begin before the message questions of a step.
+        """Start at the beginning of a step, before its message questions.
 
         Args:
             settings: the configured world.
@@ -190,7 +190,7 @@ class GridAhead(Ahead):
         return [(step, agent, kind) for agent in range(agents)]
 
     def _holder(self, agent: int) -> int | None:
-        """Of the agents that may come near, return the one that is furthest behind; None if no agent may come near."""
+        """Return the slowest of the agents that may come near, by completed steps; None if no agent may come near."""
         step = self._steps[agent]
         behind = np.flatnonzero(self._steps < step)
         if not len(behind):

@@ -64,7 +64,7 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
 
 
 def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequence[float]) -> None:
-    """Fill cells with a colour; `alpha` is its opacity, one for all cells or one per cell."""
+    """Fill cells with a colour; `alpha` is the opacity of all cells, or a list with one opacity per cell."""
     from matplotlib.collections import PolyCollection
 
     if not cells:

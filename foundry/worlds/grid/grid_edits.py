@@ -84,7 +84,7 @@ def no_history(question: Question) -> Question:
 
 
 def rename_agents(question: Question) -> Question:
-    """Add 100 to every agent's number, including the agent's own, so their order stays the same."""
+    """Add 100 to the number of every agent, also of the perceiving agent; the order of the numbers does not change."""
     seen = question.observation
     named = {
         key: [{**agent, name: agent[name] + HIGHER} for agent in seen.get(key, ())]
@@ -148,7 +148,7 @@ EDITS = (
 
 
 def fire_moved(observation: Mapping[str, Any], keys: Sequence[str], value: float) -> Mapping[str, Any] | None:
-    """Return the observation with a fire moved to a given distance from the agent, in its present direction.
+    """Return the observation with a fire moved, in its direction from the agent, to a given distance.
 
     The fire moves to the nearest cell at this distance, and the observation states the exact distance of that cell. The
     function returns None if the fire cannot be moved: there is no such fire, the fire is in the agent's own cell, its

@@ -1,10 +1,10 @@
 """Observations and questions of agents, and the delivery of messages.
 
-An observation has these keys. Lists are in the order of the configuration unless stated otherwise.
+The list below names the keys of an observation. Lists are in the order of the configuration unless stated otherwise.
 
 - `agent`: the agent's id, from 0.
 - `step`: the number of the step, from 1.
-- `persona`: the agent's attributes, with the value of each.
+- `persona`: the agent's attributes and their values.
 - `x`, `y`: the agent's cell.
 - `half_size`: both axes run from -half_size to +half_size.
 - `place_types`: the types of the places, each once; their order in the paper is arbitrary.
@@ -90,7 +90,7 @@ class Scene:
 
 
 class Perception:
-    """Makes the observations of one configured world; it makes the constant parts once and shares them."""
+    """Makes the observations of one configured world; their constant parts are made once and shared."""
 
     def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]]) -> None:
         self._settings = settings
@@ -128,11 +128,11 @@ class Perception:
         return Scene(areas, names, heard, observations)
 
     def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
-        """Return each agent's neighbours, as indices into the cells; cells has shape (n, 2), areas (n,)."""
+        """Return each agent's neighbours, as row numbers of `cells` (n, 2); `areas` is (n,)."""
         return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
-        """Return one agent's neighbours (ids) and observation, equal to those in the scene of all agents.
+        """Return one agent's neighbours (ids) and observation, the same as `observe` returns for it.
 
         Args:
             step: 1-based step.

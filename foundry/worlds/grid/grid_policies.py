@@ -29,7 +29,7 @@ def legal_moves(observation: Mapping[str, Any]) -> dict[str, Cell]:
 
 
 def is_on_grid(kind: str, observation: Mapping[str, Any]) -> bool:
-    """Return whether a question comes from a 2D world: its observation has the agent's cell and the grid's size."""
+    """Return whether a question comes from a 2D world, whose observations have the agent's cell and the grid's size."""
     return kind in ("message", "action") and {"x", "y", "half_size"} <= observation.keys()
 
 
@@ -46,7 +46,7 @@ def towards(observation: Mapping[str, Any], x: float, y: float, rng: Generator) 
 
 
 def act(choice: str, *, memory: str = "", reasoning: str) -> str:
-    """Return the reply to an action question: `stay` or a direction."""
+    """Return the reply that chooses `choice` (`stay` or a direction) in an action question."""
     action = {"action": STAY} if choice == STAY else {"action": "move", "direction": choice}
     return json.dumps({**action, "memory": memory, "reasoning": reasoning}, ensure_ascii=False)
 
@@ -80,7 +80,7 @@ class Herd(ScriptedModel):
         return say(text, reasoning="I speak when somebody is near.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Step towards the neighbours, or at random."""
+        """Move one cell towards the neighbours; without neighbours, in a random direction."""
         neighbours = observation["neighbours"]
         if not neighbours:
             return act(any_of(list(legal_moves(observation)), rng), reasoning="I look for others.")
@@ -175,14 +175,14 @@ class Avoid(ScriptedModel):
 
 
 def warn(observation: Mapping[str, Any]) -> str:
-    """Return the reply that warns the neighbours of all known fires, or stays silent without fires or neighbours."""
+    """Return the reply that warns the neighbours of all known fires; without fires or neighbours, a silent reply."""
     if not _known_fires(observation) or not observation["neighbours"]:
         return say(None, reasoning="There is nothing to warn of, or nobody to warn.")
     return say("Warning: " + known_fires(observation), reasoning="Others may not perceive it.")
 
 
 def known_fires(observation: Mapping[str, Any]) -> str:
-    """Return the text about all known fires that messages and memories contain."""
+    """Return a text with all known fires, as scripted policies write it in messages and memories."""
     return " ".join(map(str, _known_fires(observation)))
 
 
@@ -207,7 +207,7 @@ class ShortestPath(ScriptedModel):
         return say(None, reasoning="I am busy leaving.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Take a random step among the steps on a shortest way out."""
+        """Move to a random one of the next cells that lie on a shortest way out."""
         ways = observation.get("ways_out") or [STAY]
         return act(any_of(ways, rng), reasoning="It is on a shortest way out.")
 
@@ -224,7 +224,7 @@ class FollowLeader(ScriptedModel):
         return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Step towards a leader or an exit."""
+        """Move one cell towards a leader or an exit."""
         ways, why = _followed(observation)
         choices = ways or list(observation.get("open") or [STAY])
         return act(any_of(choices, rng), memory=known_fires(observation), reasoning=why)
@@ -259,7 +259,7 @@ class Forager(ScriptedModel):
         return say(None, reasoning="I mind my own business.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Reproduce, gather, or go to food."""
+        """Reproduce if possible; else gather food, or go to food."""
         x, y, food = observation["x"], observation["y"], observation.get("food") or ()
         birth = observation.get("reproduction")
         if birth is not None and observation["energy"] >= birth["needs"]:
@@ -291,7 +291,7 @@ class Sharer(Forager):
         self._enough, self._gift = enough, gift
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Share with an agent within reach, or else forage."""
+        """Share energy with an agent within reach; if there is none, or too little energy, look for food."""
         touchable = observation.get("touchable") or ()
         if touchable and observation["energy"] is not None and observation["energy"] > self._enough:
             target = touchable[int(rng.integers(len(touchable)))]
@@ -312,7 +312,7 @@ class Fighter(Forager):
 
 
 def _rank(dx: int, dy: int) -> int:
-    """Return the rank of an offset by its first direction in the order of preference; smaller ranks come first."""
+    """Return the rank of the most preferred direction that leads towards an offset; a smaller rank is preferred."""
     return next((rank for rank, (right, up) in enumerate(_WAYS.values()) if right * dx > 0 or up * dy > 0), len(_WAYS))
 
 

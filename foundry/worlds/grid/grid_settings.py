@@ -134,7 +134,7 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def ground(self) -> Ground:
-        """The walls and exits; each access returns a new object, which caches the view from each cell."""
+        """The walls and exits. Each access makes a new object, so keep it: it caches the cells seen from each cell."""
         return Ground(self.half_size, self.walls, self.exits)
 
     @property
@@ -159,7 +159,7 @@ _FURTHER = tuple(
 
 
 _POSITIONS = {"places": "center", "fires": "position"}
-"""Name of the setting with the position of a place or fire; it is missing if the seed draws positions."""
+"""Name of the setting with the position of a place or fire; without this setting, the seed draws the position."""
 
 
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:

@@ -79,7 +79,7 @@ class GridScenario(Scenario):
         return GridWorld(settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
 
     def null_arm(self) -> dict[str, Any]:
-        """Return the setting that hides fires from agents; no setting if no measure needs runs with hidden fires."""
+        """Return the setting that hides fires from agents; {} if no measure needs runs with hidden fires."""
         settings = self.settings
         needed = settings.fires and settings.tell_fires and not settings.draw_positions
         return {"tell_fires": False} if needed and not any(fire.spread for fire in settings.fires) else {}
@@ -235,7 +235,7 @@ class GridWorld(World):
         return GridAhead(self._settings, self._perception, self._target, step, self._cells, inputs)
 
     def frame(self) -> GridFrame:
-        """Return the content of a picture of the present state."""
+        """Return the data from which a picture of the present state is drawn."""
         return make_frame(self._settings, self._personas, self._completed, self._cells)
 
     def _deliver(self, said: Sequence[MessageReading]) -> list[Message]:

@@ -1,19 +1,20 @@
 """Reads decisions from replies; never invents a decision.
 
 A reply counts as chosen if the text, apart from blanks, is one JSON object with the requested keys and values. Keys
-that the prompt does not request are ignored. The memory and the reasoning may be missing or null. If the message is
-missing or null, the agent is silent.
+that the prompt does not request are ignored. The keys for the memory and the reasoning may be missing, or their values
+null. If the message is missing or null, the agent is silent.
 
 A reply counts as repaired if it contains one clear decision in another form. The reader skips thinking, code fences,
-text around the object, and remarks on a value. It understands nested objects, broken JSON (`foundry.worlds.mending`),
-and lines such as "action: stay" instead of an object. It knows other names of keys, actions and directions (`words`). A
-message such as "no message" means silence. A memory or reasoning that is not a text is kept as JSON.
+text around the object, and remarks on a value. The reader understands nested objects, broken JSON
+(`foundry.worlds.mending`), and lines such as "action: stay" instead of an object. The reader knows other names of keys,
+actions and directions (`words`). A message such as "no message" means silence. A memory or reasoning that is not a text
+is kept as JSON.
 
 A reply counts as unreadable (if the text was cut, as truncated) if it has no decision, if a key has several values, or
 if objects disagree. A decision is also unreadable if it may continue after the cut, copies the prompt's placeholder, or
 contains an unknown word.
 
-The time to read a reply is linear in its length.
+The time to read a reply is proportional to the length of the reply.
 """
 
 import json
@@ -45,12 +46,12 @@ class MessageReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The values on which all objects in a reply must agree."""
+        """If a reply contains several objects, these values must be the same in each of them."""
         return (self.outcome is Outcome.UNREADABLE, self.text)
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The message without quotes and other marks; it must be the same in a mended object and in its text."""
+        """The message's letters and digits alone; they must be the same in a mended object and in its text."""
         return (self.outcome is Outcome.UNREADABLE, _NO_LETTERS.sub("", self.text or ""))
 
 
@@ -82,7 +83,7 @@ class ActionReading:
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The values on which all objects in a reply must agree."""
+        """If a reply contains several objects, these values must be the same in each of them."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction)
 
     @property
@@ -94,7 +95,7 @@ class ActionReading:
 Reading = TypeVar("Reading", MessageReading, ActionReading)
 
 _REMEMBERED = 4096
-"""Number of cached readings; a reply to an early question is read twice: at once, and in its round."""
+"""Number of cached readings, since a reply to a question that was asked early is read again in its own step."""
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -171,7 +172,7 @@ def _candidates(
 
 
 def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
-    """Return a function that mends a broken object; the result is empty if the lines of its text say something else."""
+    """Return a function that mends a broken object, unless lines such as "action: stay" in it decide otherwise."""
 
     def mend(text: str) -> Mended:
         value = mended(text, _decisive)
@@ -274,7 +275,7 @@ _ASIDE = re.compile(
     r"(?![a-z])",
     re.IGNORECASE,
 )
-"""Names of keys that contain a past, possible or rejected decision, such as a previous action."""
+"""Matches a key whose value is a past, possible or rejected decision, such as `previous_action`."""
 
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 

@@ -32,7 +32,7 @@ OUTSIDE = -1
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rectangle of cells. Prompts state its capacity, but more agents can enter.
+    """A rectangle of cells. Prompts state the capacity of a place, but more agents can enter.
 
     Attributes:
         name: unique name.
@@ -109,7 +109,7 @@ class Field:
         return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
-        """Return for each cell whether it is on the grid, outside all places and not closed, (n,); cells (n, 2)."""
+        """Return, for n cells (n, 2), whether the cell is on the grid, outside all places and not closed, (n,)."""
         on_grid = (np.abs(cells) <= self.half_size).all(axis=1)
         free = np.asarray(on_grid & (self.areas(cells) == OUTSIDE))
         if self.closed:
@@ -158,7 +158,7 @@ def _all_pairs(count: int) -> tuple[IntArray, IntArray]:
 
 
 def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return the first and the second agents of all pairs within `reach`, and perhaps of a few pairs beyond it."""
+    """Return the first and the second agents of all pairs within `reach`; a few pairs may be farther apart."""
     from scipy.spatial import cKDTree
 
     # Slightly more than `reach`, so that the tree's rounding never decides.
@@ -167,7 +167,7 @@ def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
 
 
 def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple[int, ...]]:
-    """Return the ids of each agent's neighbours, ascending: the agents within `reach` in the same area.
+    """Return, for each agent, the ascending ids of its neighbours: the agents within `reach` in the same area.
 
     Args:
         cells: positions, (n, 2).
@@ -232,7 +232,7 @@ def perceived_fires(
 
 
 def fires_perceived_at(cell: Cell, fires: Sequence[Fire], step: int) -> list[dict[str, Any]]:
-    """Return the fires that an agent perceives from a cell; only for worlds in which no fire spreads.
+    """Return the fires that an agent in a cell perceives; use this function only if no fire of the world spreads.
 
     For a single agent, plain numbers are much faster than arrays.
     """

@@ -60,7 +60,7 @@ _LONGEST = 120
 """Maximum number of characters of a key or value; the meaning of a longer one is not guessed."""
 
 _MOST_PARTS = 4
-"""Maximum number of texts in a list or object in the place of a single text, as in ["move", "up"]."""
+"""Maximum number of texts in a list or object that stands for one text, such as ["move", "up"] for "move up"."""
 
 _GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
 _FILLER = ""
@@ -90,7 +90,7 @@ class _Phrase:
 
 
 _REMEMBERED = 4096
-"""Maximum number of cached texts; caching pays, since almost all replies contain the same keys and values."""
+"""Maximum number of cached texts; the cache helps, since almost all replies contain the same keys and values."""
 
 _STAYING = Meaning("stay", None)
 _MEANINGS = dict.fromkeys(_split(_WORDS.fillers), _FILLER) | {
@@ -124,7 +124,7 @@ def key_of(name: str) -> str | None:
 
 
 def understand(action: object, direction: object) -> Meaning | None:
-    """Return the action that a reply's action and direction mean together; None if this is uncertain.
+    """Return the action that a reply's keys "action" and "direction" mean together; None if it is uncertain.
 
     Either value may give the direction, but the two must not give different directions.
     """
@@ -151,7 +151,7 @@ def is_silence(message: str) -> bool:
 
 
 def is_placeholder(message: str) -> bool:
-    """Return whether a message is a copy of a placeholder in the prompt, or of the beginning of one."""
+    """Return whether a message only copies a placeholder of the prompt, such as "<your message>", or its beginning."""
     said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
     bracketed = message.strip().startswith("<") and message.strip().endswith(">")
     return said in _COPIED or (bracketed and (not said or not BLANKS.isdisjoint(said.split())))
@@ -159,7 +159,7 @@ def is_placeholder(message: str) -> bool:
 
 _PLACEHOLDERS = tuple(_SPACES.sub(" ", known.lower()).strip() for known in _split(_WORDS.placeholders))
 _TELLING = 12
-"""Number of characters that suffice to recognise a placeholder."""
+"""A message that is cut after this many characters still counts as a copy of a placeholder."""
 _COPIED = frozenset(known[:end] for known in _PLACEHOLDERS for end in range(min(len(known), _TELLING), len(known) + 1))
 
 

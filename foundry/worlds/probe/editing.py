@@ -2,8 +2,8 @@
 
 A user's own edit is a Python file with its name (`NAME`), its kind (`LEAVES`) and a function `edit(question)`. The kind
 states how the decision should change. After an edit of invariance, the model should decide as before. After an edit of
-equivariance, such as a mirror image, the model should choose the matching action (`expected(action)`). An edit of a
-cause removes a possible cause of the decision.
+equivariance, the model should choose the matching action (`expected(action)`): after a mirror image, right instead of
+left. An edit of a cause removes a possible cause of the decision.
 
 An edit returns a changed question, or None if there is nothing to change. An edit changes the structured observation
 and the images, never the prompt's text. Shipped edits of a form are in `foundry/worlds/<form>/<form>_edits.py`
@@ -38,7 +38,7 @@ SHIPPED = "foundry"
 """Origin of the edits that foundry ships."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""Name in place of a part's name, as in `swap_persona.each`; it stands for one edit per part."""
+"""`swap_persona.each` stands for one edit per part of `swap_persona`, which are the attributes of a persona."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Edit:
 
     @property
     def looks_around(self) -> bool:
-        """Whether the edit uses questions of other moments."""
+        """True if the edit uses questions of other moments."""
         return "others" in inspect.signature(self.change).parameters
 
     def applied(self, question: Question, others: Sequence[Question] = ()) -> Question | None:
@@ -93,7 +93,7 @@ class Edit:
 
 
 def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
-    """Call a function with a subject, and with those known arguments for which the function has parameters."""
+    """Call a function with `subject`, and with each `known` argument for which the function has a parameter."""
     parameters = inspect.signature(function).parameters
     return function(subject, **{name: value for name, value in known.items() if name in parameters})
 
@@ -102,7 +102,7 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return the edit with this name in a list; if the name stands for each part, return one edit per part."""
+    """Return the edits with a name: one for `swap_persona`, one per attribute for `swap_persona.each`."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:
@@ -196,5 +196,5 @@ def observing(question: Question, **changes: Any) -> Question:
 
 
 def drawn(question: Question, name: str, among: Sequence[Any]) -> Any:
-    """Draw one of the values; the same moment always gets the same value. Return None if there are no values."""
+    """Return a random value, always the same for the same moment; None if there are no values."""
     return among[int(stream(question.sampling_seed(0), name).integers(len(among)))] if among else None

@@ -32,7 +32,7 @@ class Moment(msgspec.Struct, frozen=True, order=True, array_like=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """A run that moments come from.
+    """A run in which some of the probe's moments were recorded.
 
     Attributes:
         sha256: hash of its answers, up to the step of its last moment.
@@ -43,7 +43,7 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Strata: TypeAlias = Mapping[str, str | bool]
-"""Properties of a moment by name; a probe takes about equally many moments for each value."""
+"""Properties of a moment, such as whether it shows a fire; a probe takes about equally many moments for each value."""
 
 
 class Moments(msgspec.Struct, frozen=True, kw_only=True):
@@ -69,7 +69,7 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """An answer in a log of calls; the world needs only these keys of the log."""
+    """An answer from a run's log of calls, with only the keys that a world needs to be replayed."""
 
     step: int
     agent: int
@@ -180,7 +180,7 @@ def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tu
 
 
 def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
-    """Replay a run with its answers; before each round, yield the world and its pending questions."""
+    """Replay a run with its recorded answers; before each round, yield the world and the questions of this round."""
     world, left = scenario.start(seed), list(reversed(past))
     while not world.finished:
         pending = world.pending()

@@ -13,7 +13,7 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""Number that each repeat adds to a question's count of repetitions; larger than any count in a world."""
+"""Each repeat of a question adds this number to `Question.again`; no world counts so far by itself."""
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
@@ -36,7 +36,7 @@ class ProbeStep(RoundStep, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Put:
-    """One repeat of the question in a moment; a probe asks each question several times."""
+    """A moment's question with the number of its repeat; a probe asks each question several times."""
 
     moment: Moment
     repeat: int
@@ -44,7 +44,7 @@ class Put:
 
 
 class ProbeScenario(Scenario):
-    """Recorded moments of a world.
+    """A probe: it asks recorded moments of another world again.
 
     Description:
         Moments of recorded runs, rebuilt by replaying their world with the recorded answers. One episode contains the
@@ -108,7 +108,7 @@ class ProbeScenario(Scenario):
         return ProbeWorld(self.source, list(self._put(seed)), self._sampling)
 
     def actions(self) -> Mapping[str, Actions]:
-        """Return the possible decisions of the world."""
+        """Return the possible decisions of the recorded world."""
         return self.source.actions()
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
@@ -116,7 +116,7 @@ class ProbeScenario(Scenario):
         return self.source.personas(seed)
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return the long answer that the recorded world gives."""
+        """Return an answer of about this length from the recorded world, to estimate the longest prompts."""
         return self.source.wordy_answer(question, characters)
 
     def redraw(self, recorded: Recorded) -> Redrawing:
@@ -187,7 +187,7 @@ class ProbeWorld(World):
     """Asks the moments of one seed in rounds, so that a sweep can be stopped between rounds."""
 
     def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
-        """Take the questions in order; with sampling options, a moment's repeats wait for its first answer."""
+        """Take the questions in order; with `sampling`, a moment is repeated only after its first answer has come."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
         self._put = [question for question in put if sampling is None or question.repeat == 0]
         self._repeats: dict[Moment, list[Put]] = {}
@@ -219,7 +219,7 @@ class ProbeWorld(World):
         return [self._record(question, answer) for question, answer in zip(questions, answers, strict=True)]
 
     def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
-        """Queue a moment's repeats after its first answer, unless the reply's log-probabilities replace them."""
+        """Queue a moment's repeats after its first answer; if this has log-probabilities, no repeats are needed."""
         actions = self._source.actions().get(put.moment.kind)
         labels = () if actions is None else actions.labels
         if self._sampling is None or put.repeat:

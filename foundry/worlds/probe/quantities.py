@@ -17,10 +17,12 @@ from foundry.worlds.base import Question
 
 Observation: TypeAlias = Mapping[str, Any]
 Move: TypeAlias = Callable[[Observation, Sequence[str], float], Observation | None]
-"""Function that sets the quantity at a path to a value; it returns None if the quantity cannot have this value."""
+"""Function that sets the quantity at a path of an observation; it returns None if the quantity cannot have the
+value.
+"""
 COUNT = "count"
 MOST = 100
-"""Maximum number of values in one setting `sweep_over`."""
+"""Maximum number of values that the setting `sweep_over` may list."""
 _EXAMPLE = "sweep_over=fires.0.distance=1..20, or =1,2,5"
 _ITEM = re.compile(r"(?P<first>-?\d+(?:\.\d+)?)(?:\.\.(?P<last>-?\d+))?")
 
@@ -53,7 +55,7 @@ def split(name: str) -> tuple[str, float]:
 
 
 def moved(question: Question, path: str, value: float, form: str) -> Question | None:
-    """Return the question with a quantity set to a value; None if that is impossible in this question."""
+    """Return the question with a quantity set to a value; None if the quantity cannot have this value here."""
     keys = path.split(".")
     move = next((mover for pattern, mover in _moves(form).items() if re.fullmatch(pattern, path)), _set)
     changed = move(question.observation, keys, value)
@@ -61,7 +63,7 @@ def moved(question: Question, path: str, value: float, form: str) -> Question | 
 
 
 def check_path(path: str, form: str, questions: Iterable[Question], values: Sequence[float]) -> None:
-    """Raise InputError if a quantity cannot be set to any of the values in any question."""
+    """Raise InputError if every value of the list is impossible for the quantity in every question."""
     known: dict[str, None] = {}
     for question in questions:
         if any(moved(question, path, value, form) is not None for value in values):

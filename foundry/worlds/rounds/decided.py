@@ -42,13 +42,13 @@ _DOUBTS = re.compile(
     r"(?<!\w)(?:not|no|never|nobody|none|cannot|without|unless|if|or|but|however|instead|rather|although|though|yet|says?|said|\w+n't)"
     r"(?!\w)|\?"
 )
-"""Words that may revoke an earlier statement."""
+"""Words that may revoke the statement before them."""
 _REASON = re.compile(r"(?:Because|Since|Given|Considering|As|It|The|My reason\w*|Reason\w*|Explanation|Last)\b")
 """Words that begin a reason for a decision."""
 
 
 def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
-    """Return the decision that a value in a reply's JSON object means; None if it is uncertain or illegal."""
+    """Return the decision that a value in a JSON reply means; None if this decision is uncertain or illegal."""
     if isinstance(value, list) and len(value) == 1:
         value = value[0]
     if isinstance(value, str):
@@ -102,7 +102,7 @@ def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
 
 
 def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
-    """Return the labels that the words name; empty if a word is unknown. Longer labels are matched first."""
+    """Return the labels that the words name; empty if a word is unknown. Labels with more words are matched first."""
     known = _label_words(labels)
     named: set[Decided] = set()
     place = 0
@@ -128,7 +128,7 @@ def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided
 
 @lru_cache(maxsize=256)
 def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
-    """Return a mapping from the words of each label to the label; labels with more words come first."""
+    """Return each label by its words, the labels with most words first, so that these are matched first."""
     words = {_words(label): label for label in labels}
     return {word: words[word] for word in sorted(words, key=len, reverse=True) if word}
 

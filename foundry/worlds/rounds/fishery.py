@@ -120,7 +120,7 @@ class Fishery(RoundsScenario):
         self._from, self._wanted = _outsider(outsider)
 
     def actions(self) -> dict[str, Actions]:
-        """Return the possible catches."""
+        """Return the possible decisions: catches from 0 to the whole stock, tons."""
         return {CATCH: Actions(low=0, high=self.stock, idle=0)}
 
     def count_calls(self) -> int:
@@ -225,7 +225,7 @@ def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray
 
 
 def _outsider(settings: Mapping[str, int] | None) -> tuple[int | None, int]:
-    """Return the first month in which an outsider fishes (None: never), and the tons that it wants per month."""
+    """Return the first month in which an outsider fishes (None: never), and the outsider's wish, tons per month."""
     if settings is None:
         return None, 0
     if not isinstance(settings, Mapping) or set(settings) != {"from", "catch"}:

@@ -257,7 +257,7 @@ class _Episode:
 
 
 def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
-    """After a success, let both agents forget all other names; after a failure, let the hearer learn the name."""
+    """After a success, let both agents forget all other names; after a failure, let the hearer learn this name."""
     if name not in speaker.known:
         speaker.known.append(name)
     if equal:
@@ -274,7 +274,7 @@ def _drawn_pairs(agents: int, rng: Generator) -> list[tuple[int, int]]:
 
 
 def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return lists of indices of pairs that can meet at the same time, because they have no common agent.
+    """Return lists with the indices of pairs; the pairs of one list share no agent, so they can meet at once.
 
     Each pair is in the first list after its agents' earlier pairs, so every agent meets others in the given order.
     """

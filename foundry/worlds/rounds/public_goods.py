@@ -44,14 +44,16 @@ class Pot(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class After:
-    """An agent's tokens after a round, and more keys of this round for the agent's later observations."""
+    """An agent's tokens after a round, and keys that its later observations show for this round."""
 
     tokens: float
     told: Mapping[str, Any] = field(default_factory=dict)
 
 
 Afterwards: TypeAlias = Generator[Sequence[Question], list[Decision], list[After]]
-"""Generator that yields more questions in a round, receives the decisions, and returns each agent's result."""
+"""Generator that yields the questions after the contributions of a round, receives the decisions, and returns each
+agent's result.
+"""
 
 
 class PublicGoods(RoundsScenario):
@@ -122,7 +124,7 @@ class PublicGoods(RoundsScenario):
         return table.ask(agent, GIVE, legal=legal, **self.told, tokens=tokens, rounds=list(rounds))
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Play what follows the contributions in a round, and return each agent's result; by default, nothing follows.
+        """Play the part of a round after the contributions; return each agent's result. By default, nothing follows.
 
         Args:
             table: the episode.

@@ -1,12 +1,12 @@
 """Reads decisions and talk from replies, and never guesses a decision.
 
-A reply counts as chosen if it has the requested form. The form is exactly a decision, such as "go", or a JSON object
-with exactly a decision under the key `action` or the kind of question. Talk has the requested form if it is a JSON
-object with a message, or a text without any JSON object.
+A reply counts as chosen if it has the requested form. This form is a decision alone, such as "go", or a JSON object
+whose key `action` (or the kind of question) has a decision alone as its value. A reply to a question that asks for a
+message has the requested form if it is a JSON object with a message, or a text without any JSON object.
 
 A reply counts as repaired if it has one clear decision in another form. The decision may follow thinking, or be in a
 code fence, between other text or in broken JSON. The decision may also be a line such as "Action: go", or a sentence
-such as "I will go." in which all words are known.
+such as "I will go." if foundry knows all its words.
 
 Any other reply counts as unreadable (if the text was cut, as truncated), for example an illegal or a contradictory
 decision. An unknown word may revoke a decision, so it makes a text unreadable: "I will not go" decides nothing.
@@ -35,7 +35,7 @@ ACTION, MESSAGE = "action", "message"
 _DEEPEST = 4
 """Maximum depth of nested objects that are read."""
 _MOST_LINES = 8
-"""Maximum number of lines that name a decision; a text with more contains no clear decision."""
+"""Maximum number of lines that name a decision; a text with more such lines contains no clear decision."""
 _FURTHER = ("choice", "my choice", "final choice", "answer", "my answer", "final answer")
 _ASIDE = re.compile(
     r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|if|else|others?|memor\w*"
@@ -150,7 +150,7 @@ class _Reader:
         return None if decided is None else Reading(Outcome.REPAIRED, decided)
 
     def _lines(self, text: str) -> Iterator[str]:
-        """Yield the value after each name of a decision, such as "go" in the line "Action: go"."""
+        """Yield the values after words that announce a decision, such as "go" in the line "Action: go"."""
         for match in (*_TAG.finditer(text), *_LINE.finditer(_TAG.sub("", text))):
             if self._decides(match[1].strip()):
                 yield match[2].strip().rstrip(",").strip(" \"'")
@@ -166,7 +166,7 @@ class _Reader:
 MOST_NUMBERS = 1001
 """Length of the longest range of whole numbers that gets a reply for each number."""
 SPACED = 101
-"""Number of replies for a longer range or a range of real numbers."""
+"""Number of evenly spaced numbers with a sample reply if a range is longer than that or has real numbers."""
 SILENCE = json.dumps({MESSAGE: None})
 
 
@@ -192,7 +192,7 @@ def deciding(action: str | float) -> str:
 
 
 def _numbers(actions: Actions) -> list[float]:
-    """Return the numbers that get a reply; none if the range is unbounded."""
+    """Return the numbers for which a sample reply is made; none if the range has no lower or no upper end."""
     if actions.low is None or actions.high is None:
         return []
     if not actions.whole:

@@ -19,7 +19,7 @@ _PAST = ("evenings", "rounds", "months", "memory", "turns", "talk", "received")
 _SUMS = ("met", "points", "total")
 """Keys with a count or sum over past rounds."""
 _AGENT = "agent "
-"""Beginning of a label that names another agent."""
+"""Beginning of an action that names another agent, such as "agent 3"."""
 
 
 def no_history(question: Question) -> Question:
@@ -81,7 +81,7 @@ def _rounds(rounds: Sequence[Mapping[str, Any]], game: Mapping[str, Any]) -> lis
 
 
 def _meeting(meeting: Mapping[str, Any], game: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace the name that the other agent said by the next name in the alphabet, and adapt the points."""
+    """Replace the name that the other agent said by the next name in the alphabet; the points are changed to fit."""
     names = sorted(game["names"])
     if meeting["other"] not in names:
         return dict(meeting)

@@ -22,7 +22,9 @@ from foundry.worlds.rounds.reading import SILENCE, deciding
 from foundry.worlds.validation import check_number
 
 Attendance: TypeAlias = NDArray[np.float64]
-"""Number of guests per evening, oldest first (evenings,); or the numbers before each evening (evenings, window)."""
+"""Numbers of guests: of each evening, oldest first, (evenings,); or in a window before each evening, (evenings,
+window).
+"""
 
 LONGEST = 8
 """Maximum number of evenings that a predictor uses."""
@@ -41,7 +43,7 @@ class Tossing(ScriptedModel):
         self._probability = probability
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Draw whether to go."""
+        """Decide at random whether to go to the bar."""
         return _go_if(rng.random() < self._probability)
 
 
@@ -49,7 +51,7 @@ class Mixing(ScriptedModel):
     """Goes with the probability of the symmetric equilibrium, where going and staying have equal expected utility."""
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Draw whether to go."""
+        """Decide at random whether to go to the bar."""
         bar = (observation[key] for key in ("agents", "places", "fun", "crowded", "home"))
         return _go_if(rng.random() < equilibrium(*bar))
 
@@ -141,7 +143,7 @@ PREDICTORS = (
 
 @lru_cache(maxsize=8)
 def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Attendance, Attendance]:
-    """Return the forecast of each of P predictors for the next evening, (P,), and its past error, (P,).
+    """Return the forecasts of P predictors for the next evening, (P,), and their past errors, (P,).
 
     If a predictor needs more evenings than there are, the first evening is repeated.
     """
@@ -253,5 +255,5 @@ class Planner(ScriptedModel):
             )
 
     def turn(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Return the best action."""
+        """Return the action with the highest expected return, which the observation states."""
         return json.dumps({"action": observation["best"], "reasoning": "It is worth most in the mean."})

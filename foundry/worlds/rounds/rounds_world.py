@@ -41,7 +41,7 @@ LONGEST = 24
 
 
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
-    """Return a PNG with a row per agent and a column per round; an agent's decisions in a round are side by side."""
+    """Return a PNG with a row per agent and a column per round; several decisions in a round stand side by side."""
     from PIL import Image, ImageDraw
 
     image = Image.new("RGB", SIZE, "white")
@@ -124,7 +124,9 @@ def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
 
 
 Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
-"""Generator that yields questions to ask at once, and receives the decisions in the same order."""
+"""Generator of an episode: it yields lists of questions that are asked together, and receives their decisions in
+order.
+"""
 
 
 class RoundsScenario(Scenario):
@@ -167,7 +169,7 @@ class RoundsScenario(Scenario):
 
     @abstractmethod
     def play(self, table: Table) -> Play:
-        """Play one episode: yield questions, receive decisions, record the results.
+        """Play one episode: yield lists of questions, receive the agents' decisions, and record the results.
 
         The generator keeps the episode's state in its own variables and draws random numbers from `table.stream`. So
         the same seed and answers give the same records.
@@ -244,7 +246,7 @@ class RoundsRedrawing(Redrawing):
 
 
 class RoundsWorld(World):
-    """The state of one episode, as played so far."""
+    """One episode of a world in rounds: its state after the rounds played so far."""
 
     def __init__(self, scenario: RoundsScenario, seed: int) -> None:
         self._scenario = scenario
@@ -276,7 +278,7 @@ class RoundsWorld(World):
         return self._asked
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Pass the decisions in the answers to the game's rules (`play`); return the new records."""
+        """Read the decisions in the answers, and hand them to the game's rules (`play`); return the new records."""
         if self._finished:
             raise ValueError("the episode is over")
         if len(answers) != len(self._asked):

@@ -1,4 +1,4 @@
-"""The table: with this object, the rules of a game ask questions, record decisions and deliver messages."""
+"""The object with which the rules of a game ask questions, record decisions and deliver messages."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -37,7 +37,7 @@ class Decision:
 
 
 class Table:
-    """One episode as seen by the rules of its world.
+    """The object through which the rules of a game run one episode.
 
     Attributes:
         seed: the run's seed, for code that draws its own numbers; the rules use `stream`.
@@ -146,7 +146,7 @@ class Table:
         self._write(decision, utility=utility, **keys)
 
     def write(self, record: Record) -> None:
-        """Write a record of a declared class that is neither a decision nor a message."""
+        """Write a record that is neither a decision nor a message; the world must have declared its class."""
         self._written.append(record)
 
     def tell(self, sender: int, recipients: Iterable[int], text: str | None) -> None:
@@ -167,7 +167,7 @@ class Table:
         return decision
 
     def collect(self, *, ended: bool) -> list[Record]:
-        """Return the records since the last call; if the episode has ended, also unrecorded decisions."""
+        """Return the records written since the last call; once the episode has ended, also unrecorded decisions."""
         if ended:
             self._close()
         written, self._written = self._written, []
@@ -193,13 +193,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class RoundQuestion(Question):
-    """A question with its legal actions; None if it asks for talk."""
+    """A question with its legal actions; `legal` is None if the question asks for a message instead of a decision."""
 
     legal: Actions | None = None
 
 
 def read_reply(question: Question, answer: Answer) -> Reading:
-    """Read a legal decision from an answer, or a message if the question asks for talk."""
+    """Read a legal decision from an answer, or a message if the question asks for a message."""
     legal = _legal(question)
     return read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
 

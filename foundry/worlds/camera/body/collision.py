@@ -40,22 +40,22 @@ class Body:
             )
 
     def span(self, foot_z: float) -> tuple[float, float]:
-        """Return the range of heights in which a surface stops a body with its foot at `foot_z`."""
+        """Return the lowest and highest height at which a surface stops a body whose foot is at `foot_z`."""
         return foot_z + self.step_m + RISE_M, foot_z + self.height_m
 
     def stride(self, foot_z: float) -> tuple[float, float]:
-        """Return the range of heights in which the body can step on a floor from `foot_z`."""
+        """Return the lowest and highest floor that the body can step onto from `foot_z`."""
         return foot_z - self.step_m - RISE_M, foot_z + self.step_m + RISE_M
 
 
 REACH_M = 1e-3
-"""Maximum distance beyond the body's radius at which surfaces are considered, metres."""
+"""A surface farther from the body's axis than its radius plus this distance, metres, is ignored."""
 
 _RING = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(8) * math.tau / 8])
 
 
 class Ground:
-    """The surfaces of a scene as floors and obstacles.
+    """Floors and obstacles: which surfaces of a scene carry a body, and which stop it.
 
     Args:
         floor_height: height of the foot everywhere, metres; None means that the foot is on the surface below it.
@@ -74,7 +74,7 @@ class Ground:
         return self.surfaces.overlapping(near, *_box(points, body, body.span(foot_z)))
 
     def profile(self, points: FloatArray, foot_z: float, near: IntArray, body: Body) -> FloatArray:
-        """Return the height of the foot at each of (k, 2) points of a path, up to the point where the floor ends."""
+        """Return the heights of the foot at the points (k, 2) of a path, only up to the end of the floor."""
         if self.floor_height is not None:
             return np.full(len(points), self.floor_height)
         flat = self.surfaces.flat(near)
@@ -90,14 +90,14 @@ class Ground:
         return np.array(levels)
 
     def _bridge(self, point: FloatArray, foot_z: float, near: IntArray, body: Body) -> float | None:
-        """Return the height of a foot over a gap in the floor that is narrower than the body's radius, else None."""
+        """Return the foot's height over a gap in the floor; None if the gap is wider than the body's radius."""
         ring = self.surfaces.heights(point + body.radius_m * _RING, near)
         floors = [_highest(column, body.stride(foot_z)) for column in ring]
         pairs = zip(floors[:4], floors[4:], strict=True)
         return max((min(a, b) for a, b in pairs if a is not None and b is not None), default=None)
 
     def below(self, place: FloatArray, body: Body) -> float | None:
-        """Return the height of the floor below a foot at `place` (3,), or None without a floor."""
+        """Return the height of the floor below a foot at `place` (3,), or None if there is no floor."""
         if self.floor_height is not None:
             return self.floor_height
         near = self.near(place[None, :2], body)
@@ -139,7 +139,7 @@ def _highest(heights: FloatArray, window: tuple[float, float]) -> float | None:
 
 
 BOUNDS, EDGE = "bounds", "edge"
-"""Names for two causes of a stop that are not meshes: the bounds of the scene, and the end of the floor."""
+"""Names of the obstacles that are no meshes: the bounds of the scene, and the end of the floor."""
 
 SKIN_M = 1e-6
 """Gap that remains between a body and the surface that stops it, metres."""
@@ -148,7 +148,7 @@ LEVEL_M = 1e-4
 """Difference in height below which a floor counts as level."""
 
 STATION_M = 0.05
-"""Distance between the places on a path where the floor's height is measured."""
+"""Distance between two neighbouring places on a path at which the floor's height is measured, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +193,7 @@ class Leg:
         return np.append(self._foot[:2] + station * self._heading, height)
 
     def _floor(self, stations: FloatArray) -> tuple[FloatArray, Stop | None]:
-        """Return the height of the floor at each station, a place on the path, and the cause of an early stop, or None.
+        """Return the floor's height at each station (a place on the path), and the cause if the path ends early.
 
         The first station without a floor is moved to the edge of the floor.
         """
@@ -279,10 +279,10 @@ LEG_M = 1.0
 """A long path is checked for obstacles in parts of this length, metres."""
 
 SLIDE_M = 0.2
-"""Length of a path along an obstacle after which the body tries the requested direction again, metres."""
+"""After sliding this far along an obstacle, metres, the body tries the requested direction again."""
 
 MAX_TURNS = 100
-"""Maximum number of straight parts of a sliding move."""
+"""Maximum number of straight pieces of a move that slides along obstacles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,11 +368,11 @@ class Collider:
         return None if gap >= body.radius_m - SKIN_M else self.ground.name(owner)
 
     def floor_below(self, place: FloatArray, body: Body) -> float | None:
-        """Return the height of the floor below a foot at `place` (3,), or None without a floor."""
+        """Return the height of the floor below a foot at `place` (3,), or None if there is no floor."""
         return self.ground.below(place, body)
 
     def _straight(self, foot: FloatArray, heading: FloatArray, length: float, body: Body) -> Way:
-        """Return the straight path to the requested end, an obstacle, the bounds, or the end of the floor."""
+        """Return the straight path to the requested end, or to the first obstacle, bound or end of the floor."""
         length, limit = _within(self.bounds, foot, heading, length)
         track: list[FloatArray] = []
         for number in range(max(math.ceil(length / LEG_M), 1)):
@@ -385,7 +385,7 @@ class Collider:
 
 
 def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: float) -> tuple[float, Stop | None]:
-    """Return the length of a path within the bounds, metres, and the stop at the bounds, or None if no bound is met."""
+    """Return how far a path goes within the bounds, metres, and its stop at a bound; None if it meets no bound."""
     stop = None
     for axis in (0, 1):
         speed = float(heading[axis])
@@ -400,7 +400,7 @@ def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: f
 
 
 def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatArray, float] | None:
-    """Return the direction along a touched surface that is closest to the wished direction and enters no surface.
+    """Return the direction closest to the wished one that leads along a touched surface and into no surface.
 
     Return also the component of this direction along the wished one; None if there is no such direction. `touched` are
     the directions (2,) away from the surfaces.

@@ -35,7 +35,7 @@ SAMPLES = 64
 """Number of points of a target that are tested for visibility."""
 
 FLUSH_M = 5e-3
-"""A surface this close to a point of the target does not hide the point, metres: a poster touches its wall."""
+"""A surface within this distance of a point of the target, metres, does not hide it: a poster touches its wall."""
 
 
 class TargetSurfaces:
@@ -59,13 +59,13 @@ class TargetSurfaces:
         self.box: FloatArray = np.array([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
 
     def gap(self, foot: FloatArray) -> float:
-        """Return the distance from `foot` (3,) to the closest point of the target, seen from above, metres."""
+        """Return the horizontal distance from `foot` (3,) to the closest point of the target, metres."""
         if not np.isnan(self._surfaces.heights(foot[None, :2], self._triangles)).all():
             return 0.0
         return float(np.hypot(*nearest_offsets(foot[:2], self._outlines.ends).T).min())
 
     def is_near(self, places: FloatArray, radius_m: float) -> BoolArray:
-        """Return, for each of (n, 3) places, whether the target is within the radius, seen from above, (n,)."""
+        """Return, for n places (n, 3), whether the target is within the radius of the place, seen from above, (n,)."""
         result = np.asarray(KDTree(dotted(self._outlines)).query(places[:, :2])[0] <= radius_m)
         corners = self._surfaces.corners[self._triangles, :, :2]
         # A place that is far from all outlines can still be above or below a triangle as large as this.
@@ -76,7 +76,7 @@ class TargetSurfaces:
 
 
 class SightLines:
-    """Straight lines of sight in a scene; glass hides nothing."""
+    """Tells which straight lines of sight in a scene are free; transparent surfaces hide nothing."""
 
     def __init__(self, scene: Scene, surfaces: Surfaces) -> None:
         clear = np.array([mesh.opacity < SEE_THROUGH for mesh in scene.meshes])
@@ -93,11 +93,11 @@ class SightLines:
         return locator
 
     def reaches(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether `eye` (3,) has a free straight line to at least one point of the target, in any direction."""
+        """Return whether at least one straight line from `eye` (3,) to a point of the target meets no obstacle."""
         return any(self._meets(eye.tolist(), point, target) for point in target.points.tolist())
 
     def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
-        """Return the target's points (k, 3) to which `eye` (3,) has a free straight line, in any direction."""
+        """Return the points (k, 3) of the target whose straight line to `eye` (3,) meets no obstacle."""
         seen = [self._meets(eye.tolist(), point, target) for point in target.points.tolist()]
         return np.asarray(target.points[seen])
 
@@ -127,7 +127,7 @@ def _spread(corners: FloatArray) -> FloatArray:
 
 
 STRIDE_M = 0.5
-"""Length of the moves by which a body searches for a way out of a narrow place, metres."""
+"""Length of each move with which a body tries to leave a narrow place, metres."""
 
 TURNS_DEG = tuple(range(0, 360, 45))
 """Directions of the moves by which a body searches for a way out; walls deflect the moves."""
@@ -138,7 +138,7 @@ MOST_PLACES = 100
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """A path from a foot to the cells of the grid.
+    """The first part of a path: from a body's foot to cells of the navigation grid.
 
     Attributes:
         track: (k, 3) places on the path, the foot first.
@@ -160,14 +160,14 @@ class Approaches:
         self._latest: tuple[bytes, Approach] | None = None
 
     def find(self, foot: FloatArray) -> Approach:
-        """Return the path from `foot` (3,) to the cells; the latest one is cached."""
+        """Return the first part of a path, from `foot` (3,) to cells of the grid; the latest result is cached."""
         key = np.asarray(foot, np.float64).tobytes()
         if self._latest is None or self._latest[0] != key:
             self._latest = (key, self._find(foot))
         return self._latest[1]
 
     def within(self, track: FloatArray, reach_m: float) -> IntArray:
-        """Return the ascending indices of all cells that contain, or are within reach of, any of (k, 3) places."""
+        """Return the ascending indices of the cells that contain one of k places (k, 3), or are near one."""
         nearby = self._tree.query_ball_point(track, max(reach_m, 0.71 * self._cell_m))
         return np.unique(np.array([cell for cells in nearby for cell in cells], np.int64))
 
@@ -219,7 +219,7 @@ CELL_M = 0.1
 """Edge of a cell, metres."""
 
 CACHE_VERSION = 1
-"""Version of the cached cells. Increase this number when the code finds other cells for the same scene and settings."""
+"""Version of the cells in the cache. Increase it when the code finds other cells for the same scene and settings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +256,7 @@ class Navigator:
 
     @property
     def places(self) -> FloatArray:
-        """Place of the foot at the centre of each walkable cell, (n, 3), metres."""
+        """For each walkable cell, the place of a foot at the cell's centre, (n, 3), metres."""
         return self._walkable.places
 
     def target(self, prims: Iterable[str]) -> TargetSurfaces:
@@ -264,7 +264,7 @@ class Navigator:
         return TargetSurfaces(self.collider.ground.surfaces, prims)
 
     def line_of_sight(self, eye: FloatArray, target: TargetSurfaces) -> bool:
-        """Return whether `eye` (3,) has a free straight line to at least one point of the target, in any direction."""
+        """Return whether at least one straight line from `eye` (3,) to a point of the target meets no obstacle."""
         return self._sight.reaches(eye, target)
 
     def goal_cells(self, target: TargetSurfaces, radius_m: float, eye_height_m: float) -> IntArray:

@@ -1,7 +1,8 @@
 """All triangles of a scene in one array, indexed by their place in the plane, and their outlines seen from above.
 
-An upright body of constant width covers a range of heights. Only the part of a surface at these heights can touch the
-body. The body touches this part exactly if, seen from above, the body's disc touches the outline of the part.
+The body is upright and has a constant width, so it covers a range of heights. Only the part of a surface between the
+body's lowest and highest point can touch the body. The body touches this part exactly if, seen from above, the body's
+disc touches the outline of the part.
 """
 
 import math
@@ -15,17 +16,17 @@ from foundry.errors import InputError, not_found
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 BUCKET_M = 0.25
-"""Edge of a square of the index, metres; larger in scenes that would need too many squares."""
+"""Edge of one square in the index of triangles, metres; larger in scenes that would need too many squares."""
 
 MAX_BUCKETS = 400
-"""Maximum number of squares along the longer side of the index."""
+"""Maximum number of squares along the longer side of the scene, in the index of triangles."""
 
 FLOOR_NORMAL = 0.01
 """Upward component of a unit normal below which a triangle is too steep to have a height."""
 
 
 class Surfaces:
-    """The triangles of a scene, with an index of their places; both sides of a triangle count.
+    """The triangles of a scene, indexed by their place; a triangle stops a body from both sides.
 
     Attributes:
         corners: (n, 3, 3) metres, [triangle, corner, axis].
@@ -82,7 +83,7 @@ class Surfaces:
         return np.asarray(triangles[self._is_flat[triangles]])
 
     def heights(self, points: FloatArray, triangles: IntArray) -> FloatArray:
-        """Return the heights, (k, m), at which (m,) triangles meet the vertical lines through (k, 2) points.
+        """Return the heights (k, m) at which vertical lines through k points, (k, 2), meet m triangles.
 
         A height is NaN if the triangle misses the line or is too steep.
         """
@@ -90,7 +91,7 @@ class Surfaces:
         return _heights(points[:, None] - corners[:, 0, :2], corners, self._inverse[triangles])
 
     def columns(self, low: IntArray, high: IntArray, cell_m: float) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return column, row and height of every intersection of a triangle with the centre line of a cell.
+        """Return column, row and height of each point where a triangle meets the vertical line through a cell's centre.
 
         Cell (i, j) has its centre at ((i + 0.5) cell_m, (j + 0.5) cell_m). Only cells from `low` (2,) to `high` (2,),
         inclusive, are considered.
@@ -119,7 +120,7 @@ class Surfaces:
 
 
 def cells_of(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return box, column and row of every cell in the boxes from `first` (n, 2) to `last` (n, 2), inclusive."""
+    """Return, for each cell in n rectangles of cells, the rectangle's number, and the cell's column and row."""
     width, depth = np.maximum(last - first + 1, 0).T
     counts = width * depth
     owner = np.repeat(np.arange(len(first)), counts)
@@ -180,7 +181,7 @@ class Outlines:
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """The place where a disc is stopped.
+    """The place where a moving disc meets a surface, and stops.
 
     Attributes:
         distance: distance that the disc moved, metres.

@@ -14,10 +14,12 @@ from foundry.worlds.camera.body.surfaces import SPACING_M, cut, dotted
 from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
-"""Steps from a cell to 16 others: 8 neighbours and 8 knight's moves of chess. Of opposite steps, only one is listed."""
+"""Steps from a cell to 16 others: 8 neighbours and 8 knight's moves of chess. Of two opposite steps, such as (1, 0) and
+(-1, 0), only one is listed.
+"""
 
 LAYER_M = 0.02
-"""Height of a layer of the scene, metres. The places in one layer are checked for obstacles together."""
+"""Thickness of a horizontal layer of the scene, metres. Places in the same layer are checked for obstacles together."""
 
 FAR_M = 1.0
 """Largest clearance that is computed, metres; a larger clearance counts as this one."""
@@ -47,7 +49,7 @@ class Walkable:
 
 
 def graph_of(edges: IntArray, weights: FloatArray, size: int) -> csr_array:
-    """Return the weights (m,) of edges (m, 2) as a symmetric sparse (size, size) matrix."""
+    """Return a graph with m edges (m, 2) and their weights (m,) as a symmetric sparse matrix (size, size)."""
     rows, columns = np.concatenate([edges, edges[:, ::-1]]).T
     return csr_array(coo_array((np.tile(weights, 2), (rows, columns)), shape=(size, size)))
 
@@ -100,7 +102,7 @@ def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: f
 
 
 def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: float) -> IntArray:
-    """Return the ascending indices of the cells in connected areas, each at least as large as four bodies."""
+    """Return the ascending indices of the cells whose connected area is at least as large as four bodies."""
     edges = np.concatenate([_neighbours(cells, heights, offset, body.step_m) for offset in OFFSETS[:2]])
     labels = connected_components(graph_of(edges, np.ones(len(edges)), len(cells)), directed=False)[1]
     smallest = 4 * (2 * body.radius_m / cell_m) ** 2
@@ -108,7 +110,7 @@ def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: f
 
 
 def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], step_m: float) -> IntArray:
-    """Return the pairs (m, 2) of cells that are `offset` apart, with heights that differ by at most `step_m`."""
+    """Return the pairs (m, 2) of cells that are `offset` apart and differ in height by at most `step_m`."""
     if not len(cells):
         return np.empty((0, 2), np.int64)
     low = cells.min(axis=0) - 2
@@ -147,7 +149,7 @@ def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
 
 
 def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntArray, body: Body) -> IntArray:
-    """Return the ascending indices of the edges along which the body has room everywhere."""
+    """Return the ascending indices of the edges (pairs of neighbouring cells) along which the body has room."""
     starts, ends = places[edges[:, 0]], places[edges[:, 1]]
     lengths = np.hypot(*(starts - ends)[:, :2].T)
     room = np.minimum(clearance[edges[:, 0]], clearance[edges[:, 1]])
@@ -163,13 +165,13 @@ def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntA
 
 
 MARGIN_M = 0.02
-"""Gap that a shortcut leaves between the body and obstacles, metres, since nobody follows a path exactly."""
+"""A shortcut keeps this gap between the body and obstacles, metres, since nobody follows a path exactly."""
 
 PASSES = 4
 """Largest number of times that a path is shortened."""
 
 WORTHWHILE_M = 0.005
-"""A path is shortened once more only if the last time made it shorter by at least this length, metres."""
+"""A path is shortened once more only if the last shortening saved at least this length, metres."""
 
 Free = Callable[[FloatArray, FloatArray], bool]
 """Returns whether a straight path between two places (3,) is free."""

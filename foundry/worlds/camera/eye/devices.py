@@ -27,7 +27,7 @@ _SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swr (", "SwiftShader")
 
 
 class Wish(StrEnum):
-    """The user's choice of a renderer."""
+    """The renderers that a user can choose."""
 
     AUTO = "auto"  # a GPU that works, else software
     SOFTWARE = "software"  # the same pixels on every machine
@@ -99,7 +99,7 @@ def is_software(renderer: str) -> bool:
 
 _WINDOW, _HEADLESS = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 _PASSED = "_FOUNDRY_RENDERING_WORKS"
-"""Environment variable with the name of a renderer that works, so that child processes do not test it again."""
+"""Environment variable that names a renderer that works, so that child processes do not test renderers again."""
 
 _PROBE = """
 from foundry.worlds.camera.eye.rendering import Canvas

@@ -12,8 +12,8 @@ MEAN_AT_MOST, FAR_AT_MOST = 1.0, 0.02
 """Largest differences of equal pictures: mean difference out of 255, and share of pixels with a large difference.
 
 In the shipped scenes, pictures of Mesa's two software renderers, with and without smooth edges, have a mean difference
-of at most 0.65, and a large difference in at most 0.015 of the pixels. If the eye turns by one degree, the mean
-difference is at least 2.7, and the share of pixels at least 0.04.
+of at most 0.65, and a large difference in at most 0.015 of the pixels. Two pictures whose views are one degree apart
+have a mean difference of at least 2.7, and a large difference in at least 0.04 of the pixels.
 """
 FAR = 16
 """A channel's difference above this value counts as large, out of 255."""
@@ -21,7 +21,7 @@ FAR = 16
 
 @dataclass(frozen=True)
 class Likeness:
-    """The difference of two pictures.
+    """Measures of the difference between two pictures.
 
     Attributes:
         mean: mean absolute difference of their channels, out of 255.
@@ -49,7 +49,7 @@ def likeness(first: UInt8Array, other: UInt8Array) -> Likeness:
 
 
 def likeness_of(recorded: bytes, now: bytes) -> Likeness:
-    """Return the difference of two encoded pictures, the largest possible one if the recorded picture is damaged."""
+    """Return the difference of two encoded pictures; the largest possible one if the recorded picture is damaged."""
     fresh = Image.open(io.BytesIO(now))
     try:
         then = Image.open(io.BytesIO(recorded))

@@ -84,7 +84,7 @@ _MOST_LINES = 4
 
 
 def captioned(image: UInt8Array, text: str) -> UInt8Array:
-    """Return the picture (h, w, 3) with a text in a band along the top; too long a text is cut."""
+    """Return the picture (h, w, 3) with a text in a band along the top; a text that is too long is cut."""
     lines = list(_wrapped(text, image.shape[1] - 2 * MARGIN_PX))
     if len(lines) > _MOST_LINES:
         lines = [*lines[: _MOST_LINES - 1], lines[_MOST_LINES - 1] + " …"]
@@ -99,12 +99,12 @@ def captioned(image: UInt8Array, text: str) -> UInt8Array:
 
 
 def inset_size(inset: UInt8Array, width: int) -> tuple[int, int]:
-    """Return the size, width and height in pixels, of a picture (h, w, 3) after scaling it to this width."""
+    """Return the width and height in pixels that a picture (h, w, 3) has after it is scaled to this width."""
     return width, round(inset.shape[0] * width / inset.shape[1])
 
 
 def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[int, int]) -> UInt8Array:
-    """Return the picture with a second picture at (left, top), scaled to this width and framed."""
+    """Return the picture with a second one, scaled to this width and framed, inside it at (left, top)."""
     size = inset_size(inset, width)
     small = Image.fromarray(inset).resize(size, Image.Resampling.LANCZOS)
     picture = Image.fromarray(image)
@@ -137,15 +137,15 @@ TOP_PX = 40
 """Height of the band at the top for a line of text."""
 
 ZOOMS = tuple(1.0 + 0.05 * number for number in range(30))
-"""Factors by which the camera of the large picture moves away; they are tried in this order."""
+"""Factors by which the distance of the large picture's camera is multiplied; they are tried in this order."""
 
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Shifts of the large picture that are tried, in this order, as fractions of the way to the opposite edge."""
+"""The large picture is shifted by the first of these fractions of the way to the opposite edge that leaves room."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a large picture and a small one in a frame.
+    """The places of a large picture and of a small one that covers a part of it.
 
     Attributes:
         zoom: factor on the distance of the large picture's camera.
@@ -160,7 +160,7 @@ class Layout:
 
 
 def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tuple[int, int]) -> Layout:
-    """Return the layout that changes the large picture least and does not cover the box `bounds` (2, 3) in it.
+    """Return the layout that changes the large picture least; the small one must not hide the box `bounds` (2, 3).
 
     `frame` and `inset` are the widths and heights of the large and the small picture, pixels.
     """
@@ -184,14 +184,14 @@ def projected(camera: Camera, bounds: FloatArray, frame: tuple[int, int]) -> Flo
 
 
 def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:
-    """Return a picture (h, w, 3) shifted by (right, down) pixels; the gap gets the colour of the first pixel."""
+    """Return a picture (h, w, 3) moved by (right, down) pixels; the empty edge gets the colour of the first pixel."""
     moved = Image.new("RGB", image.shape[1::-1], tuple(image[0, 0].tolist()))
     moved.paste(Image.fromarray(image), shift)
     return np.asarray(moved, np.uint8)
 
 
 def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], part: float) -> FloatArray:
-    """Return the shift of content with (n, 2) corners away from the small picture, pixels.
+    """Return by how many pixels the large picture is shifted away from the small one; `shown` has (n, 2) corners.
 
     `at` says whether the small picture is at the left, and whether it is at the top.
     """
@@ -215,14 +215,14 @@ def _axes(points: FloatArray) -> Iterator[FloatArray]:
 
 WIDTH, HEIGHT = 960, 720
 ABOVE_DEG, ASIDE_DEG = 89.0, 32.0
-"""Elevations of the camera above the horizon, for views from above and from the side."""
+"""Angle of the camera above the horizon, degrees, for the view from above and for the view from the side."""
 
 _PAPER: Colour = (0.97, 0.97, 0.98)
 SCENE_OPACITY = 0.22
 LAYERS = 6
 _FOV_DEG = 30.0
 _TURN_DEG = 22.0
-"""Angle by which the camera is turned from a straight view of the scene's longer side, to show depth, degrees."""
+"""Angle between the camera's view and a straight view of the scene's longer side, degrees; it shows depth."""
 
 INSET_WIDTH = 288
 
@@ -253,7 +253,7 @@ class OverviewFrame:
 
 
 class Overview:
-    """Draws overviews of one scene; only the thread that made the object may use it."""
+    """Draws overviews of one scene; only the thread that made this object may use it."""
 
     def __init__(self, scene: Scene) -> None:
         self._bounds = scene.bounds

@@ -40,13 +40,13 @@ def angles(offset: Sequence[float] | FloatArray) -> tuple[float, float]:
 
 
 def offsets_from(eye: FloatArray, ahead: FloatArray, up: FloatArray, points: FloatArray) -> FloatArray:
-    """Return how far (..., 3) points are to the right, up and ahead of an eye with these unit axes (3,), metres."""
+    """Return how far points (..., 3) are right of, above and ahead of the eye, metres; the axes are unit vectors."""
     axes = np.column_stack([np.cross(ahead, up), up, ahead])
     return np.asarray((points - eye) @ axes)
 
 
 def in_picture(offsets: FloatArray, frame: tuple[int, int], fov_deg: float) -> FloatArray:
-    """Return the pixels, (..., 2) to the right and down, of points with offsets (..., 3) of `offsets_from`, all ahead.
+    """Return the pixels (..., 2), right and down, of points with offsets (..., 3) by `offsets_from`; all must be ahead.
 
     `frame` is the width and height of the picture, pixels; `fov_deg` its vertical field of view.
     """
@@ -59,7 +59,7 @@ _WRAPS = {"repeat": vtkTexture.Repeat, "mirror": vtkTexture.MirroredRepeat, "cla
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A camera: positions in metres; `fov_deg` is the vertical field of view."""
+    """The position and direction of a camera, metres; `fov_deg` is its vertical field of view."""
 
     eye: FloatArray
     target: FloatArray
@@ -182,7 +182,7 @@ def id_actor(meshes: Sequence[SceneMesh]) -> Any:
 
 
 def ids_of(image: UInt8Array) -> npt.NDArray[np.int64]:
-    """Return the numbers of the meshes in a picture of `id_actor`, (h, w); 0 where no mesh is seen."""
+    """Return, for each pixel (h, w) of a picture drawn with `id_actor`, the number of its mesh; 0 without a mesh."""
     return np.asarray(image.astype(np.int64) @ np.array([65536, 256, 1]))
 
 
@@ -252,7 +252,7 @@ SAMPLES = 4
 """Samples per pixel of the view: several, for smooth edges, and as many on every machine, so that pictures agree."""
 
 SKY: Colour = (0.62, 0.70, 0.78)
-"""Colour beyond the scene."""
+"""Background colour, where a picture shows no surface."""
 
 _NEAREST_M, _NEAR_AT_MOST_M, _DEPTH_RATIO = 0.02, 0.1, 20_000
 

@@ -56,7 +56,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Translation:
-    """A translation of the body.
+    """A straight movement of the body to another place.
 
     Attributes:
         bearing: degrees from the heading, counter-clockwise: 0 forward, 90 left, 180 back, -90 right.
@@ -69,7 +69,7 @@ class Translation:
 
 @dataclass(frozen=True)
 class Command:
-    """The command in a reply; a motion that the reply does not ask for is None.
+    """The command in a reply; the value of a motion is None if the reply does not ask for it.
 
     Attributes:
         turn: turn of the body, degrees, left positive.
@@ -98,13 +98,13 @@ class Command:
 
     @property
     def kind(self) -> str:
-        """The command's kind, one of `foundry.records.COMMAND_KINDS`."""
+        """The kind of this command, one of `foundry.records.COMMAND_KINDS`."""
         way = self.translate or Translation(0.0, 0.0)
         return command_kind(way.bearing, way.distance, self.turn or 0.0, self.gaze or 0.0)
 
 
 def every_kind(limits: Limits) -> tuple[Command, ...]:
-    """Return a command of each kind in `foundry.records.COMMAND_KINDS` but the first, which does not move.
+    """Return one command of each kind in `foundry.records.COMMAND_KINDS`, without the first kind, `stay`.
 
     The commands have the default amounts, clamped to the limits.
     """
@@ -116,7 +116,7 @@ def every_kind(limits: Limits) -> tuple[Command, ...]:
 
 
 def render_command(command: Command) -> str:
-    """Return a command in words, which are read as the same motions."""
+    """Return a command in words; reading these words gives the same command."""
     parts = []
     if command.translate is not None:
         parts.append(_rendered_translation(command.translate))
@@ -141,7 +141,7 @@ def _number(value: float) -> str:
 
 
 def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
-    """Return an amount clamped to -limit..limit; None is no limit. Add a note if the amount was changed."""
+    """Return an amount clamped to ±`largest` (None: no limit). Add a note if the amount was changed."""
     if largest is None or abs(asked) <= largest:
         return float(asked)
     notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")

@@ -10,7 +10,7 @@ from foundry.worlds.camera.language.sentences import Amount, Token
 
 
 class Category(Enum):
-    """A kind of motion; the last one of each kind in a reply counts."""
+    """A kind of motion; if a reply names a kind several times, its last mention counts."""
 
     TRANSLATE = "translate"
     TURN = "turn"
@@ -55,7 +55,7 @@ class Mention:
 
 @dataclass(slots=True)
 class Arguments:
-    """The words that belong to a verb, or words without a verb.
+    """The words that state the direction and amount of a motion, with or without a verb.
 
     Attributes:
         small: whether the words say "a bit".
@@ -84,7 +84,7 @@ class Arguments:
     remarks: list[str] = field(default_factory=list)
 
     def infer(self, remark: str) -> None:
-        """Record that a part of the motion was inferred and is not in the words."""
+        """Record that a part of the motion was inferred, since the words do not state it."""
         self.inferred = True
         self.remarks.append(remark)
 
@@ -242,7 +242,7 @@ _MEASURED = frozenset(("step", "move"))
 
 
 def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Arguments:
-    """Return the words from `start` that belong to a verb; without a verb, the words up to the next verb."""
+    """Return the words from `start` on that belong to a verb; if `verb` is None, all words up to the next verb."""
     said = Arguments(start=start - 1 if verb else start, end=start, last=start)
     for at in range(start, len(tokens)):
         kind = tokens[at].kind
@@ -264,7 +264,7 @@ def _is_length(token: Token) -> bool:
 
 
 def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words right before a verb that belong to the verb; `low` is the first that may belong to it."""
+    """Return the words right before a verb that belong to the verb; no word before index `low` belongs to it."""
     start = verb_at
     while start > low and (tokens[start - 1].kind in ARGUMENTS or tokens[start - 1].kind in HARMLESS):
         start -= 1
@@ -279,7 +279,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words that belong to a verb, such as directions before or right after it, and amounts after it."""
+    """Return the words that belong to a verb: directions before or right after the verb, and amounts after the verb."""
     before = words_before(tokens, low, verb_at)
     said = Arguments(
         before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1
@@ -296,7 +296,7 @@ def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
-    """Return the words that belong to the verb at index `verb_at`; words before `low` belong to another verb."""
+    """Return the words that belong to the verb at index `verb_at`; no word before index `low` belongs to it."""
     verb = tokens[verb_at]
     if verb.word.side is Side.BEFORE:
         return words_before(tokens, low, verb_at)
@@ -314,7 +314,7 @@ def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 
 
 def _is_noun(tokens: Sequence[Token], low: int, verb_at: int) -> bool:
-    """Return whether the word that looks like a verb is a noun after its amount, as in "a 90 degree left turn"."""
+    """Return whether a word such as "turn" is a noun after its amount, as in "a 90 degree left turn"."""
     return all(
         token.kind in HARMLESS or token.kind in ARGUMENTS or token.word.act is Act.MAKE for token in tokens[low:verb_at]
     )
@@ -374,7 +374,7 @@ def _leads_to_angle(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
-    """Return whether an amount says how far to move; in "to 1 m from the wall" and "gate 4" it names a place."""
+    """Return whether an amount is a distance to move; in "to 1 m from the wall" and "gate 4" it is part of a place."""
     amount, follows = tokens[at], tokens[at + 1] if at + 1 < len(tokens) else None
     assert isinstance(amount, Amount)
     if tokens[at - 1].kind is Kind.TO:

@@ -186,7 +186,7 @@ class _Reader:
             self._add(Mention(Category.STAY, text=_joined(tokens[at:])))
 
     def _is_done(self, tokens: Sequence[Token], at: int) -> bool:
-        """Return whether "task completed" is a fact, unlike in "if I am there, ..." or "task completed: no"."""
+        """Return whether "task completed" is stated as a fact; in "task completed: no" it is not."""
         segments = self._sentence.segments
         following = segments[self._index + 1].joint if self._index + 1 < len(segments) else None
         conditions = (token.text for segment in segments for token in segment.tokens if token.kind is Kind.CONDITION)
@@ -227,7 +227,7 @@ class _Reader:
             self._found.pop()
 
     def _is_licensed(self, tokens: Sequence[Token], said: Arguments, read: Mention) -> bool:
-        """Return whether words without a verb ask for a motion: if they stand alone, or follow another command."""
+        """Return whether words without a verb ask for a motion: words that stand alone or follow another command do."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
         if self._known or any(mention.wanted and not mention.later for mention in self._found) or self._corrects():
@@ -283,7 +283,7 @@ class _Reader:
         self._found[-1] = replace(last, amount=amount, small=last.small or said.small, text=text)
 
     def _drop_alternatives(self, before: int) -> None:
-        """Drop both motions of a choice such as "turn left or move forward"."""
+        """Drop both motions of an undecided choice such as "turn left or move forward"."""
         if len(self._found) > before > 0 and self._found[before].wanted:
             del self._found[before - 1 :]
 
@@ -310,7 +310,7 @@ def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
 
 
 def _is_open(amount: Amount | None, further: Amount | None) -> bool:
-    """Return whether a second amount makes the first more exact, as in "a step forward, about 1.5 m"."""
+    """Return whether a second amount states the first one more exactly, as in "a step forward, about 1.5 m"."""
     if amount is None:
         return True
     one_step = amount.dimension is Dimension.STEP and amount.number == 1
@@ -380,7 +380,7 @@ class _Latest:
 
 
 _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
-"""The direction that stands for all directions of a kind of motion, as in "do not turn"."""
+"""For each kind of motion, the direction that stands for all directions: "do not turn" forbids every turn."""
 
 
 def resolve(text: str, limits: Limits) -> Command:
@@ -414,7 +414,7 @@ def _outcome(mentions: Collection[Mention]) -> Outcome:
 
 
 def _origin(motion: Mention, overridden: int) -> Iterable[str]:
-    """Yield the words of a motion and remarks on its reading."""
+    """Yield the words that name a motion, and remarks on how they were read."""
     name = motion.category.value
     text = without_surrogates(motion.text)
     yield f"{name}: '{text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + '...'}'"

@@ -76,7 +76,7 @@ def without_quotations(text: str) -> str:
 
 
 def _kept(quoted: re.Match[str]) -> str:
-    """Return a quotation, or a blank if it repeats what somebody said or did in an earlier step."""
+    """Return a quotation, or a blank if the quotation repeats words or an action of an earlier step."""
     text, start, end = quoted.string, quoted.start(), quoted.end()
     line_starts = not text[max(0, start - _REACH) : start].strip()
     follows = _AFTER.match(text, end)
@@ -238,7 +238,7 @@ def _nested(key: str, value: dict[str, Any] | list[Any], unit: str, depth: int) 
 
 
 def _measured(key: str, unit: str) -> str | None:
-    """Return the unit of a key's number, or None if the key names no amount."""
+    """Return the unit of the number under a JSON key ("degrees" for "angle"); None if the key names no amount."""
     if _ANGLES.search(key):
         return "degrees"
     if _DISTANCES.search(key):
@@ -329,7 +329,7 @@ def _direction(fields: dict[str, Any]) -> str:
 
 
 SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.0)
-"""The largest movements of one step, as set in `conf/world/usd.yaml`."""
+"""The largest motions in one step, with the values of `conf/world/usd.yaml`."""
 
 
 class Interpreter(ABC):

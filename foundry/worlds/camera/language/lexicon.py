@@ -1,7 +1,7 @@
-"""The words by which replies are read, from one file per language.
+"""The words that foundry understands in replies, from one file per language.
 
-Each entry of a file has the fields of `Word`, which state a meaning. Four more fields of an entry list the
-phrases with its meaning, in lower case:
+Each entry of a file states a meaning, with the fields of `Word`. In four more fields, the entry lists the phrases that
+have this meaning, in lower case:
 
 words       phrases, separated by ` | ` or a line break; `{a|b}` stands for a or b.
 inflection  name of a table in `inflections` with the endings that these words can have.
@@ -68,7 +68,7 @@ class Kind(StrEnum):
 
 
 class Act(StrEnum):
-    """The motion that a verb asks for."""
+    """The kind of motion that a verb asks for."""
 
     MOVE = auto()
     TURN = auto()
@@ -77,7 +77,7 @@ class Act(StrEnum):
 
 
 class Form(StrEnum):
-    """The form of a verb. Only forms that change the meaning of a sentence are listed."""
+    """The grammatical form of a verb. Only the forms that change the meaning of a sentence are distinguished."""
 
     PLAIN = auto()
     ING = auto()
@@ -86,7 +86,7 @@ class Form(StrEnum):
 
 
 class Side(StrEnum):
-    """Says on which side of a verb its direction and amount stand."""
+    """The side of a verb on which the direction and amount of the motion stand."""
 
     AFTER = auto()
     BEFORE = auto()
@@ -115,7 +115,7 @@ class Dimension(StrEnum):
 
 
 class Word(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The meaning of a word or phrase.
+    """The meaning of a word or phrase, such as "a turn" or "to the left".
 
     Attributes:
         kind: role in a sentence.
@@ -171,7 +171,7 @@ class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class _Language(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The content of a language's file. A verb's plain form before one of the words `afterwards` asks for no motion."""
+    """The content of a language's file. A verb before one of the words `afterwards` asks for no motion."""
 
     meanings: list[_Meaning]
     inflections: dict[str, _Inflection] = {}
@@ -199,7 +199,7 @@ def _expanded(words: str) -> Iterator[str]:
 
 
 Table: TypeAlias = Mapping[str, Word]
-"""Meanings of phrases, which are in lower case with single blanks."""
+"""The meaning of each phrase; phrases are in lower case, with one blank between words."""
 
 
 def read_language(name: str) -> Table:

@@ -51,7 +51,7 @@ def _alternatives(names: Iterable[str]) -> str:
 
 
 def _branches(names: Sequence[str]) -> str:
-    """Return a regular expression for sorted names; it states common beginnings once, so that matching is fast."""
+    """Return a regular expression for sorted names; a beginning that names share stands in it once, which is fast."""
     shared = os.path.commonprefix(names)
     rests = [name[len(shared) :] for name in names]
     ends = "" in rests
@@ -307,7 +307,7 @@ def _half(tokens: Sequence[Token], at: int) -> int | None:
 
 
 MAX_WORDS = 1000
-"""Largest number of words that may name a movement. In a text with more such words, only the last are read."""
+"""Largest number of words that may name a movement. In a text with more such words, only the last ones are read."""
 
 MAX_REACH = 500
 """The ends of a sentence are searched in this number of characters before and after a word that may name a movement."""
@@ -321,7 +321,7 @@ _END = re.compile(r"[!?;。\n]|\.(?!\d)")
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A part of a sentence between two joints. A joint is a comma, another mark, or a word such as "and".
+    """A part of a sentence. A joint between two parts is a comma, another mark, or a word such as "and".
 
     Attributes:
         joint: the joint before the segment; None at the start of the sentence.

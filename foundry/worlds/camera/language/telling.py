@@ -15,7 +15,7 @@ from foundry.worlds.camera.language.sentences import Segment, Token
 
 
 class Bar(Enum):
-    """The reason why a word asks for no motion."""
+    """A reason why a word asks for no motion, such as a negation."""
 
     NOT = auto()
     WILL_NOT = auto()  # a decision not to
@@ -38,7 +38,7 @@ _RESETS = frozenset(("instead", "rather"))
 
 
 class Scopes:
-    """Follows negations, possibilities and conditions through the segments of one sentence."""
+    """Tells which words of a sentence a negation, possibility or condition applies to."""
 
     def __init__(self) -> None:
         self._not: Bar | None = None
@@ -46,7 +46,7 @@ class Scopes:
         self._condition = False
 
     def bars(self, segment: Segment) -> list[Bar | None]:
-        """Return, for each token of the next segment, the reason why it asks for no motion, or None."""
+        """Return, for each token of a segment, the reason why the token asks for no motion, or None."""
         self._enter(segment)
         bars = [self._pass(token) for token in segment.tokens]
         _bar_backwards(segment.tokens, bars)
@@ -148,7 +148,7 @@ class _Seen:
 
 
 class Telling:
-    """Follows reports, purposes and postponed motions through the segments of one sentence."""
+    """Tells which segments of a sentence only report, state a purpose or postpone a motion, and so ask for none."""
 
     def __init__(self, segments: Sequence[Segment]) -> None:
         self._segments = segments
@@ -164,7 +164,7 @@ class Telling:
                 self._put_off[index] = Bar.LATER
 
     def told(self, index: int) -> list[Bar | None]:
-        """Return, for each token of the next segment, the reason why it asks for no motion, or None."""
+        """Return, for each token of a segment, the reason why the token asks for no motion, or None."""
         segment = self._segments[index]
         tokens = segment.tokens
         if (index, len(tokens)) <= self._past_to:
@@ -187,7 +187,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """Forget why the previous segment asks for no motion, unless the reason applies to this segment too."""
+        """Enter a segment; keep the reason why the one before asks for no motion only if it applies to both."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
@@ -215,7 +215,7 @@ class Telling:
         return will and scope.kind is Kind.LATER and before[0].kind is Kind.LATER
 
     def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
-        """Return whether a segment without a subject continues the report of the segment before it."""
+        """Return whether a segment without a subject continues a report that began in an earlier segment."""
         segment, before = self._segments[index], self._segments[index - 1].tokens[-1].text
         if segment.joint is not None and segment.joint.text == _LABEL:
             return False
@@ -362,7 +362,7 @@ def _is_past(tokens: Sequence[Token]) -> bool:
 
 
 def _has_only_forms(tokens: Sequence[Token]) -> bool:
-    """Return whether no verb of a segment has its plain form, so that none gives a command."""
+    """Return whether all verbs of a segment have forms such as "moving", which give no command."""
     return all(token.word.form in _GOING_ON for token in tokens if token.kind is Kind.VERB)
 
 
@@ -382,7 +382,7 @@ def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: 
 
 
 def _is_noun(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether the word that looks like a verb is a noun in a report, as in "my turn to the right has shown"."""
+    """Return whether a word such as "turn" is a noun in a report, as in "my turn to the right has shown"."""
     if tokens[at].word.act not in (Act.TURN, Act.MOVE) or not at or tokens[at - 1].text not in _NOUNS:
         return False
     return _is_past(tokens[at + 1 :])

@@ -1,1 +1,1 @@
-"""From USD files to triangles."""
+"""Loads USD files as triangles."""

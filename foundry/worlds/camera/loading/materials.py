@@ -103,7 +103,7 @@ def _pixels(picture: Image.Image) -> UInt8Array:
 
 
 def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: bool) -> UInt8Array:
-    """Return a picture after value * scale + bias, both (4,), on linear light; the values are sRGB unless `linear`."""
+    """Return linear light * `scale` + `bias`, both (4,), for every pixel; pixels are sRGB unless `linear`."""
     depth = texture.shape[2]
     values = texture / 255.0
     light = values[..., :3] if linear else to_linear(values[..., :3])
@@ -114,12 +114,12 @@ def scaled(texture: UInt8Array, scale: FloatArray, bias: FloatArray, *, linear: 
 
 
 UNCHANGED: FloatArray = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
-"""The identity transform of texture coordinates."""
+"""The transform that leaves texture coordinates as they are."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """The appearance of a surface in a material.
+    """The appearance that a material gives to a surface.
 
     Attributes:
         colour: sRGB 0..1; None means the surface's own colour, the primvar `colour_primvar`.
@@ -214,10 +214,10 @@ def uv_transform(scale: Sequence[float], turn_deg: float, shift: Sequence[float]
 
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
-"""The way in which a texture continues outside 0..1, by USD's name of the mode; other modes repeat the texture."""
+"""For USD's wrap modes, how a texture continues outside coordinates 0..1; in other modes the texture repeats."""
 
 _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
-"""Outputs of a texture's node that are a single channel."""
+"""Index of the colour channel, by the name of the output of a texture node."""
 
 _NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displacement is not drawn"}
 """Inputs of a shader that foundry does not draw, each with the message for the user."""
@@ -347,7 +347,7 @@ def mdl_look(shader: Any, textures: Textures, findings: Findings, values: Values
 
 
 def other_look(shader: Any, findings: Findings, values: Values) -> Look:
-    """Return the constant base colour of a shader of any other kind, including MaterialX."""
+    """Return the constant base colour of a shader that is neither a preview surface nor an MDL shader."""
     kind = identifier(shader) or str(shader.GetPath())
     for name in ("base_color", "baseColor", "diffuse_color", "diffuseColor", "color"):
         value = values.vector(held(shader, name), 3)
@@ -390,7 +390,7 @@ def _emissive(shader: Any, values: Values) -> Colour:
 
 _PREVIEW = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 _CONTEXTS = ("", "mdl", "mtlx")
-"""Render contexts of surfaces in order of preference."""
+"""USD's render contexts for a material's surface shader, the preferred one first."""
 
 
 class Materials:

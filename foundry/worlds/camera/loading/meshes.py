@@ -67,7 +67,7 @@ def triangulated(points: FloatArray, counts: IntArray, indices: IntArray, holes:
 
 
 def _cut(polygons: FloatArray) -> IntArray:
-    """Cut (f, s, 3) polygons into triangles; return each triangle's corners by number in its polygon, (f, s - 2, 3)."""
+    """Cut (f, s, 3) polygons into triangles; return, (f, s - 2, 3), the corners' numbers, counted in each polygon."""
     count, size = polygons.shape[:2]
     normals = np.cross(polygons, np.roll(polygons, -1, axis=1)).sum(axis=1)
     cut = np.zeros((count, size - 2, 3), np.int64)
@@ -89,7 +89,7 @@ def _fan(size: int, first: int) -> IntArray:
 
 
 def _is_sound(polygons: FloatArray, normals: FloatArray, fan: IntArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return, for each polygon, whether triangles with a common corner all face the same way as the polygon."""
+    """Return, for each polygon, whether all triangles of its fan around one corner face the same way as it."""
     a, b, c = (polygons[:, fan[:, i]] for i in range(3))
     facing = np.einsum("fti,fi->ft", np.cross(b - a, c - a), normals)
     return np.asarray((facing >= 0).all(axis=1))
@@ -113,7 +113,7 @@ AROUND = 32
 """Number of sides of round shapes; with so many sides, shading makes them look round."""
 
 AXES: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
-"""For each axis of a shape, the coordinates of the shape along Z that become x, y and z."""
+"""A shape is first made along Z; for each axis, the numbers of its coordinates that then become x, y and z."""
 
 
 def _polygons(points: FloatArray, faces: list[list[int]], axis: str = "Z") -> Topology:
@@ -196,10 +196,10 @@ def plane(width: float, length: float, axis: str) -> Topology:
 
 
 Size = Callable[[str], float]
-"""Returns the value of a shape's attribute with this name."""
+"""A function that returns the value of a shape's attribute, such as `radius`, by the attribute's name."""
 
 Axis = Callable[[], str]
-"""Returns the axis of a shape."""
+"""A function that returns the axis of a shape: X, Y or Z."""
 
 SHAPES: Mapping[str, Callable[[Size, Axis], Topology]] = MappingProxyType(
     {
@@ -258,7 +258,7 @@ def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
 
 
 def _turned_normals(normals: FloatArray, linear: FloatArray, mirrored: npt.NDArray[np.bool_]) -> FloatArray:
-    """Transform (n, 3) normals by each matrix's cofactors, which exist even if a scale is 0, unlike the inverse."""
+    """Transform normals (n, 3) by the cofactors of each matrix; they exist even if a scale is 0, unlike the inverse."""
     cofactors = np.cross(np.roll(linear, -1, axis=1), np.roll(linear, -2, axis=1))
     signs = np.where(mirrored, -1.0, 1.0)[:, None, None]
     turned = (normals @ cofactors * signs).reshape(-1, 3)
@@ -299,12 +299,12 @@ def byte_values(values: UInt8Array) -> Any:
 
 
 def as_numpy(array: Any) -> npt.NDArray[Any]:
-    """Return a view of the values of a VTK array."""
+    """Return the values of a VTK array as a NumPy array that shares its memory."""
     return np.asarray(_support.vtk_to_numpy(array))
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the normals at the triangles' corners, (m, 3, 3): smooth, except across sharp edges."""
+    """Return the normals at the triangles' corners, (m, 3, 3), smoothed except across sharp edges."""
     normals = vtkPolyDataNormals()
     normals.SetInputData(polydata(points, triangles))
     normals.SetFeatureAngle(FEATURE_ANGLE)

@@ -21,7 +21,7 @@ _UV_TYPES = ("texCoord2f[]", "texCoord2d[]", "texCoord2h[]", "float2[]")
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Triangles of a prim, by their indices (m,), that have the same look."""
+    """A part of a prim that has one look; its triangles are given by their indices (m,)."""
 
     path: str
     rows: IntArray
@@ -53,7 +53,7 @@ class GprimReader:
         return None
 
     def _shape(self, prim: Any, kind: str) -> Topology:
-        """Return a primitive shape. A value of a wrong type is replaced by the default value from USD's schema."""
+        """Return a shape such as a cube; a value of a wrong type is replaced by the default value of USD's schema."""
         definition = prim.GetPrimDefinition()
 
         def size(name: str) -> float:

@@ -10,7 +10,7 @@ from foundry import paths
 from foundry.errors import InputError, not_found
 
 FORMATS = ("usd", "usda", "usdc", "usdz")
-"""USD's own formats. A layer in such a format lists all files that it uses."""
+"""USD's own formats. A USD file in one of these formats lists all files that it uses."""
 
 
 def find_asset(name: str) -> Path:
@@ -62,7 +62,7 @@ def is_within(resolved: str, root: Path) -> bool:
 
 
 def open_layers(path: Path, root: Path) -> list[Any]:
-    """Open the layers of a scene without composing them, and return them.
+    """Return the opened files (layers) of a scene, without composing them to a stage.
 
     USD does not read a layer again while it is held. Missing and unreadable layers are skipped; the composition
     reports them.

@@ -25,8 +25,9 @@ LARGEST_INSTANCER = 4_000_000
 """Maximum number of triangles of all copies of a prototype together; further copies are reported and not drawn."""
 
 REACH = 1e8
-"""Largest distance of a point from the origin (metres; file units for copies). A point farther away is a mistake, and
-would make the rest of the scene invisibly small."""
+"""Largest distance of a point from the origin, metres (for an instancer's copies: units of the file). A point farther
+away is a mistake, and would make the other parts of the scene invisibly small.
+"""
 
 _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
@@ -113,7 +114,7 @@ class Walker:
             yield replace(mesh, path=place.name(prim) + mesh.path[len(path) :], label=place.label)
 
     def _copies(self, instancer: Any, place: _Place) -> Iterator[SceneMesh]:
-        """Yield, for each mesh of a prototype, one mesh with all its copies, in the instancer's space."""
+        """Yield, for each mesh of a prototype, one mesh that joins all its copies, in the instancer's space."""
         prim, stage, time = instancer.GetPrim(), instancer.GetPrim().GetStage(), self._values.time
         if prim.GetPath() in place.within:
             self._findings.add("Not drawn, since the point instancer contains itself", place.name(prim))
@@ -153,7 +154,7 @@ class Walker:
             yield placed(mesh, matrices[:most])
 
     def _matrix(self, prim: Any, root: Any) -> FloatArray:
-        """Return the (4, 4) transform from a prim's space to the space of the stage, or of the prototype `root`."""
+        """Return the (4, 4) transform from a prim's space to the space of `root`: the stage's root or a prototype."""
         if root.IsPseudoRoot():
             return np.array(self._transforms.GetLocalToWorldTransform(prim), np.float64)
         if prim == root:
@@ -330,7 +331,7 @@ def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float
 
 
 def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:
-    """Return a digest of all files' content, whatever their paths, and of the excluded patterns."""
+    """Return a digest of the content of all files and of the excluded patterns; file names do not count."""
     files = {layer.realPath.split("[")[0] for layer in stage.GetUsedLayers()} - {""}
     digests = {hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
     parts = [*sorted(digests | set(textures.digests.values())), *sorted(exclude)]

@@ -1,4 +1,4 @@
-"""Reads typed values of a stage's attributes, and collects findings about content that cannot be drawn."""
+"""Reads a stage's attributes, checks the types of their values, and notes content that cannot be drawn."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
@@ -18,7 +18,7 @@ class Findings:
         self._seen: dict[str, dict[str, None]] = {}
 
     def add(self, kind: str, example: str) -> None:
-        """Add an example of this kind of content; the same example counts once."""
+        """Add an example of this kind of content that cannot be drawn; the same example counts once."""
         self._seen.setdefault(kind, {})[example] = None
 
     def lines(self) -> Iterator[str]:
@@ -98,7 +98,7 @@ class Values:
         return numbers.reshape(-1, 3)
 
     def indices(self, attribute: Any) -> IntArray | None:
-        """Return an attribute's (n,) whole numbers; None for a value of another type."""
+        """Return an attribute's whole numbers (n,); None if its value has another type."""
         value = self._value(attribute)
         numbers = np.zeros(0) if value is None else np.asarray(value)
         if numbers.ndim != 1 or (numbers.size and numbers.dtype.kind not in "iu"):
@@ -106,7 +106,7 @@ class Values:
         return numbers.astype(np.int64)
 
     def flattened(self, primvar: Any) -> FloatArray | None:
-        """Return the (n, k) values of a primvar after looking up its indices; None if they are not numbers."""
+        """Return the values (n, k) of a primvar, one per index if it has indices; None if the values are no numbers."""
         try:
             value = primvar.ComputeFlattened(self.time)
             numbers = np.zeros(0) if value is None else _numbers(value)

@@ -1,4 +1,4 @@
-"""Reads and writes replies that choose to gather, share, attack or reproduce."""
+"""Reads and writes replies with the actions gather, share, attack and reproduce."""
 
 import json
 import re
@@ -47,7 +47,7 @@ class FurnishedAction(ActionReading):
 
 
 def read_furnished_action(answer: Answer, allowed: Collection[str]) -> FurnishedAction:
-    """Read the reply to an action question; `allowed` names the world's actions besides staying and moving.
+    """Read the reply to an action question; staying and moving are legal, and the actions in `allowed`.
 
     To share or attack, the reply must give the other agent's id in `target`, as a number or a text such as "Agent 4".
     """

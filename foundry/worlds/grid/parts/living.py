@@ -39,7 +39,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The result of gathering, sharing, attacking or reproducing.
+    """The result of an agent's action gather, share, attack or reproduce.
 
     Attributes:
         amount: energy that was gathered, shared or taken.
@@ -180,7 +180,7 @@ def new_body(settings: GridSettings, cell: Cell, energy: int) -> Body:
 
 
 def first_bodies(settings: GridSettings, ground: Ground, seed: int) -> dict[int, Body]:
-    """Return the state of the agents at the start, by id; if the layout's cell is full, in the nearest free cell."""
+    """Return the agents' states at the start, by id; an agent whose cell is full starts in the nearest free cell."""
     drawn = settings.layout.draw(seeding.stream(seed, "layout"), settings.field, settings.agents)
     cells = _with_room([(x, y) for x, y in drawn.tolist()], settings, ground)
     start = 0 if settings.energy is None else settings.energy.start
@@ -204,7 +204,7 @@ def with_roles(settings: GridSettings, personas: Sequence[dict[str, str]]) -> li
 
 
 def _with_room(cells: Sequence[Cell], settings: GridSettings, ground: Ground) -> list[Cell]:
-    """Return the cells, but replace each cell that is already full by the nearest one with room."""
+    """Return the agents' cells; instead of a cell that is full, take the nearest cell with room."""
     if settings.cell_capacity is None:
         return list(cells)
     held: Counter[Cell] = Counter()

@@ -74,7 +74,7 @@ class Burning(Record, frozen=True, kw_only=True):
 
 
 class Growing(Record, frozen=True, kw_only=True):
-    """A change of the amount of food in a cell (`food.jsonl`).
+    """One line of `food.jsonl`: a new amount of food in a cell.
 
     Attributes:
         step: step after which the cell has this amount; 0 for the start.

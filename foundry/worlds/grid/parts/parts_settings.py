@@ -11,7 +11,7 @@ Corners: TypeAlias = tuple[Cell, Cell]
 
 GATHER, SHARE, ATTACK, REPRODUCE = "gather", "share", "attack", "reproduce"
 FURTHER_ACTIONS = (GATHER, SHARE, ATTACK, REPRODUCE)
-"""Actions other than staying and moving; each needs an optional part."""
+"""Actions other than staying and moving; each exists only if the world has its part, such as food for `gather`."""
 
 Barred: TypeAlias = Literal["sight", "talk"]
 Shape: TypeAlias = Literal["circle", "square"]
@@ -105,7 +105,7 @@ class Food(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The effect of an attack on another agent.
+    """The effects of an attack on the attacked agent and on the attacker.
 
     Attributes:
         takes: energy that the attacker takes from the attacked agent; if this agent has less, all its energy.
@@ -117,7 +117,7 @@ class Attack(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Reproduction(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The conditions of a birth.
+    """The rules for births of agents.
 
     Attributes:
         needs: energy that the parent must have.

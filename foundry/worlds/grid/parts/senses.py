@@ -1,7 +1,7 @@
 """Observations in a 2D world with parts such as walls, exits and energy.
 
-An observation has the keys of all 2D worlds (`foundry.worlds.grid.grid_observation`), and these keys. If the world
-lacks a part, such as energy, the keys of this part are empty or null:
+An observation has the keys of all 2D worlds (`foundry.worlds.grid.grid_observation`), and these keys. The keys of a
+part that the world lacks, such as energy, are empty or null:
 
 - `view`: the number of columns and rows that the agent sees to each side; null for the whole grid.
 - `window`: the cells that the agent sees, one text per row, the uppermost first. Each cell is one character: `@` the
@@ -10,7 +10,8 @@ lacks a part, such as energy, the keys of this part are empty or null:
 - `open`: the directions without a wall or edge, out of `up`, `down`, `left` and `right`.
 - `exits`: the exits that the agent knows, `[{name, x, y, seen, agents}]`. The position is the exit's cell that is
   nearest to the agent. The flag `seen` says whether the agent sees a cell of the exit now. The number `agents` counts
-  the other agents that it sees within two columns and rows of the exit; it is null if the agent does not see the exit.
+  the other agents that the agent sees within two columns and rows of the exit; `agents` is null if the agent does not
+  see the exit.
 - `burning`: the burning cells that the agent sees, `[[x, y]]`.
 - `seen`: the other agents that it sees, even if it cannot talk to them, by id, `[{id, x, y, persona}]`.
 - `zones`: all zones, `[{name, x_min, x_max, y_min, y_max, risk}]`.
@@ -38,7 +39,7 @@ from foundry.worlds.grid.parts.terrain import Ground, SpreadingFires
 from foundry.worlds.grid.space import Cell, IntArray, neighbours
 
 NEAR_AN_EXIT = 2
-"""An agent is at an exit if it is at most this number of columns and rows away."""
+"""An agent counts as at an exit if it is at most this number of columns and rows away."""
 TOUCH = 1
 """An agent can share with or attack another agent at most this number of columns and rows away."""
 
@@ -100,7 +101,7 @@ class Senses(Perception):
         energy: Mapping[int, int],
         food: Mapping[Cell, int],
     ) -> Scene:
-        """Return the scene at `step`, and add each exit that an agent sees to the exits that it knows.
+        """Return the scene at `step`; each exit that an agent sees is from now on known to this agent.
 
         Args:
             step: 1-based step.

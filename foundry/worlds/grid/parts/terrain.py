@@ -111,7 +111,7 @@ class Ground:
         return HIDDEN if barred and not self.is_clear(cell, other) else other
 
     def steps_to(self, goals: Collection[Cell], closed: Collection[Cell] = ()) -> dict[Cell, int]:
-        """Return the smallest number of moves from each cell to a goal, without cells from which no path leads there.
+        """Return the smallest number of moves from each cell to a goal; cells without a path to a goal are left out.
 
         Args:
             goals: cells where paths end.
@@ -151,7 +151,7 @@ def _between(first: Cell, other: Cell) -> Iterator[Cell]:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """The result of a move.
+    """The result of an agent's attempt to move.
 
     Attributes:
         cell: the agent's cell afterwards; the exit's cell if it left.
@@ -228,7 +228,7 @@ class WayOut:
 
     @cached_property
     def _plan(self) -> dict[int, int]:
-        """The index of the exit of each agent, by its id."""
+        """For each agent's id, the index of the exit that the planned evacuation gives it."""
         fields = [self._field(index, frozenset()) for index in range(len(self._exits))]
         distances = [[field.get(cell, FAR) for field in fields] for cell in self._start.values()]
         departures = soonest_departures(distances, [exit_zone.capacity for exit_zone in self._exits])
@@ -239,7 +239,7 @@ class WayOut:
         }
 
     def ways(self, agent: int, cell: Cell, burning: frozenset[Cell]) -> list[str]:
-        """Return the directions on a shortest way to an agent's exit, around burning cells if possible.
+        """Return the directions that lie on a shortest way to the agent's exit; the way avoids burning cells if it can.
 
         An agent that was born during the run has no planned exit, so it goes to the nearest one.
         """
