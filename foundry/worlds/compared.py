@@ -30,7 +30,7 @@ class Compared:
     heading: Callable[[Line], float] | None = None
 
     def acts_alike(self, first: Line, other: Line) -> bool:
-        """Return whether both lines record the same action."""
+        """Return whether two records' lines have the same action."""
         return all(first.get(key) == other.get(key) for key in self.acted)
 
     def state_of(self, line: Line, declared: Declared) -> dict[str, Any]:

@@ -41,7 +41,7 @@ _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
 
 
 def merged(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the pairs as a dict; it is marked as conflicting if a key occurs with different values."""
+    """Return the pairs as a dict; if a key occurs with different values, the dict is a `Conflicting`."""
     fields = dict(pairs)
     if len(fields) == len(pairs) or all(fields[key] == value for key, value in pairs):
         return fields

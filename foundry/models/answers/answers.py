@@ -112,7 +112,7 @@ class Answers(ABC):
             yield key, model, blob, zlib.crc32(blob)
 
     def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, Kept]:
-        """Return the undamaged rows that were asked for; a damaged file may return other rows."""
+        """Return the rows that were asked for and are undamaged, since a damaged file may give other rows."""
         asked, intact = frozenset(keys), {}
         for key, blob, crc, mark in rows:
             reply = self._read(blob, crc) if key in asked else None

@@ -159,7 +159,7 @@ class Climb:
     """
 
     def __init__(self, *, least: int, most: int, initial: int, known: bool = False, only_up: bool = False) -> None:
-        """Set the bounds and the start; `known` says that an earlier climb ended at the start.
+        """Set the smallest, largest and first limit; `known` says that an earlier search ended at the first limit.
 
         With `only_up`, only refusals and timeouts lower the limit.
         """
@@ -226,7 +226,7 @@ class Climb:
         return measured.variance < CLEAR**2 or measured.calls >= max(MANY_CALLS, 4 * self.limit)
 
     def _give_way(self, limit: int, measured: Measured, sums: Sums) -> None:
-        """Try a limit at which hardly any call waits, or go back to the limit before if that limit is no smaller."""
+        """Try this smaller limit, at which hardly any call waits; go back to the earlier limit if it is not smaller."""
         if self._base is not None and limit <= self._home < self.limit:
             self._fail(sums)
             return
@@ -246,7 +246,7 @@ class Climb:
         return wanted if measured.in_flight > QUEUEING * at_work + 1 and wanted < self.limit else None
 
     def _compare(self, measured: Measured, base: Measured, calls: float, sums: Sums) -> None:
-        """Accept or reject the tried limit once the comparison is clear; if it stays unclear, take a larger step."""
+        """Accept or reject the tried limit once the comparison is clear; until then, try limits farther away."""
         if (measured.in_flight > base.in_flight) != self._up or abs(
             math.log(measured.in_flight / base.in_flight)
         ) < 0.02:

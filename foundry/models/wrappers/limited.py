@@ -99,7 +99,7 @@ class Limit:
         self._climb = None
 
     def find(self, initial: int, *, known: bool) -> None:
-        """Climb again from the given limit; `known` says whether an earlier climb found this limit."""
+        """Search for the best limit again, from `initial`; `known` says whether an earlier search found this value."""
         self._climb = climb_within(self.bounds, initial, known=known)
         self.allow(self._climb.limit)
 
@@ -139,7 +139,7 @@ class Limit:
 
 
 def climb_within(bounds: InFlight, initial: int, *, known: bool) -> Climb:
-    """Return a climb within the bounds from this limit; `known` says whether an earlier climb found it.
+    """Return a search for the best limit, from `initial` within the bounds; `known`: an earlier search found `initial`.
 
     If the first value of the bounds is their maximum, as for known slots, no smaller limit is tried.
     """

@@ -124,7 +124,7 @@ def _gaps(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _named(things: Things, before: Pose, after: Pose, told_names: Container[str | None]) -> _Named:
-    """Return the thing that a leg leads towards, a thing near the leg's end, and the side of this near thing.
+    """Return a thing that a leg leads towards, a thing near the leg's end, and the side on which the near thing is.
 
     Things in `told_names` were named before, and are not named again. None stands for no such thing.
     """

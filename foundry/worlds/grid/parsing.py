@@ -191,7 +191,7 @@ def _decisive(name: str) -> str | None:
 
 
 def _with_inner(fields: dict[str, Any], depth: int = 0) -> list[dict[str, Any]]:
-    """Return the inner objects that contain a decision; if there are none, return the object itself.
+    """Return the objects inside this object that contain a decision; without such objects, return this object.
 
     Inner objects are read only if the outer one has no decision, or has an object in the place of a decision.
     """
@@ -209,7 +209,7 @@ def _decides(fields: dict[str, Any]) -> bool:
 
 
 def _holds_inner(fields: dict[str, Any]) -> bool:
-    """Return whether an object has its decision in an inner object, as in `{"decision": {"action": ...}}`."""
+    """Return whether the value of a decision's key is itself an object, as in `{"decision": {"action": ...}}`."""
     return any(_decisive(key) and _decides(inner) for key, value in fields.items() for inner in _objects(value))
 
 
@@ -281,7 +281,7 @@ _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
 def fields_of(candidate: dict[str, Any]) -> dict[str, Any]:
-    """Return the object itself if it has only requested keys; otherwise its values, under the requested keys."""
+    """Return an object with requested keys only: other names, such as "move" for "action", are replaced."""
     if candidate.keys() <= _ASKED:
         return candidate
     plain = merged([(key.strip().lower(), value) for key, value in candidate.items()])

@@ -96,7 +96,7 @@ class Field:
         return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
 
     def areas(self, cells: IntArray) -> IntArray:
-        """Return for each cell the index of the place that contains it, or OUTSIDE, (n,); cells (n, 2)."""
+        """Return, for n cells (n, 2), the index of the place that contains the cell, or OUTSIDE, (n,)."""
         numbers = np.full(len(cells), OUTSIDE, dtype=np.int64)
         x, y = cells[:, 0], cells[:, 1]
         for index, place in enumerate(self.places):

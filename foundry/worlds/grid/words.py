@@ -215,7 +215,7 @@ def _phrases(text: str) -> Iterator[_Phrase]:
 
 
 def _is_remark(rest: str, meanings: frozenset[str]) -> bool:
-    """Return whether the rest of a value is a remark that adds nothing to the decision before it."""
+    """Return whether the text after a decision is a remark that does not change the decision."""
     opening = (*REMARKS, *STAYING_REMARKS) if meanings == {STAY} else REMARKS
     if not rest.startswith(opening) or "?" in rest or DOUBTS & set(_LETTERS.findall(rest)):
         return False

@@ -102,7 +102,7 @@ class Inductive(ScriptedModel):
         return Inductive(self.name, self._predictors, self._forgetting, context.seed)
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Follow the best predictor."""
+        """Go if the predictor with the smallest past error forecasts that the bar is not crowded."""
         went = tuple(evening["went"] for evening in observation["evenings"] if evening["went"] is not None)
         agents, places = observation["agents"], observation["places"]
         if not went:

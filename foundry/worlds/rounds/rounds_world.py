@@ -217,7 +217,7 @@ class RoundsScenario(Scenario):
 
     @property
     def line(self) -> type[RoundStep]:
-        """The class of this world's records of steps."""
+        """The class of the records in `steps.jsonl` of this world."""
         return next(record for record in self.records if issubclass(record, RoundStep))
 
 

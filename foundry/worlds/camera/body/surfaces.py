@@ -108,7 +108,7 @@ class Surfaces:
         return column[inside], row[inside], heights[inside]
 
     def meshes_under(self, prims: Iterable[str]) -> IntArray:
-        """Return the indices of the meshes at or below one of the prims, ascending."""
+        """Return the ascending indices of the meshes whose prim is in the list or below a prim of the list."""
         meshes: set[int] = set()
         for prim in prims:
             below = prim.rstrip("/") + "/"

@@ -221,7 +221,7 @@ def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float)
 
 
 def _shortened(points: FloatArray, free: Free) -> FloatArray:
-    """Return a path's points, without points that a free straight line can skip."""
+    """Return a path's points; a point is left out if the straight line past it is free of obstacles."""
     corners = [0]
     while corners[-1] < len(points) - 1:
         here = corners[-1]

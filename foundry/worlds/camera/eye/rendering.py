@@ -162,7 +162,7 @@ def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]
 
 
 def batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
-    """Return the visible meshes in groups that can be drawn at once, the opaque groups first."""
+    """Return the visible meshes in groups that are drawn in one piece each; opaque groups come first."""
     batch_meshes: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
         if mesh.opacity > 0:

@@ -385,7 +385,7 @@ def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
 
 
 def _without_asides(all_tokens: Sequence[Token]) -> list[Token]:
-    """Remove an amount in brackets that repeats the amount before it: "two (2) metres", "2 m (about 6 feet)"."""
+    """Remove an amount in brackets after the same amount, as in "two (2) metres" and "2 m (about 6 feet)"."""
     outside: list[Token] = []
     position = 0
     while position < len(all_tokens):

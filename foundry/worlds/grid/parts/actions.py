@@ -42,7 +42,7 @@ class FurnishedAction(ActionReading):
 
     @property
     def decision(self) -> tuple[object, ...]:
-        """The values on which all objects in a reply must agree."""
+        """If a reply contains several objects, these values must be the same in each of them."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction, self.target, self.amount)
 
 
