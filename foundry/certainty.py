@@ -217,7 +217,7 @@ def _place(text: str, tokens: Sequence[TokenLogprobs], decided: str) -> tuple[in
 
 
 def _of_labels(before: str, chances: Mapping[str, float], labels: Sequence[str]) -> Shares:
-    """Return the probability of each label: the sum over the tokens with which this label, and no other, begins."""
+    """Return the probability of each label: the summed probabilities of tokens with which only this label begins."""
     shares = dict.fromkeys(labels, 0.0)
     for token, chance in chances.items():
         rest = token.removeprefix(before)

@@ -50,7 +50,7 @@ class Asks(Protocol):
 
 @dataclass(frozen=True)
 class Asker:
-    """Asks one model with one prompt.
+    """Sends the questions of a run to one model, with one prompt.
 
     Attributes:
         digest: hash of the model's weights on its server, or None.
@@ -199,7 +199,7 @@ class _AskedAhead:
         self._failed: dict[Asked, Exception] = {}
 
     async def play(self) -> None:
-        """Play the world to its end. After an error, wait for all open calls before it is raised: no answer is lost."""
+        """Play the world to its end. Raise an error only after all open calls: no answer is lost."""
         try:
             while not self._episode.world.finished:
                 is_stopping = self._stopping()

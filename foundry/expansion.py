@@ -89,7 +89,7 @@ class Sweep:
         return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
 
     def model_names(self) -> list[str]:
-        """Return the models' names in the order of their first runs. The models' colours depend on this order."""
+        """Return the models' names in the order of their first runs, on which the models' colours in plots depend."""
         first = dict.fromkeys(run.condition for run in self.runs)
         return list(dict.fromkeys(str(self.conditions[number].config["model"]["name"]) for number in first))
 

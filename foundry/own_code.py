@@ -61,14 +61,14 @@ def folders_last(argv: Sequence[str]) -> list[str]:
 
 
 def importable(folders: Iterable[Path]) -> None:
-    """Append folders to `sys.path`. Python takes a module from them only if no earlier folder has one of this name."""
+    """Append folders to `sys.path`, so that Python looks there for a module only after all other folders."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
 
 
 def working_directory_last() -> None:
     """Move the working directory to the end of `sys.path`, so that its files hide no installed module.
 
-    It stays first if it contains this project, or if it is in PYTHONPATH.
+    The working directory stays first if it contains this project, or if it is in PYTHONPATH.
     """
     here = Path.cwd()
     if here == _ROOT:

@@ -78,7 +78,7 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
         return action
 
     def tally(self, counts: Counts) -> None:
-        """Count this record in the totals of its run."""
+        """Add this record to the counts of its run."""
 
 
 class Agent(Record, frozen=True, kw_only=True):

@@ -1,6 +1,6 @@
 """The canary of a server: its answers to a fixed set of short, greedy calls, which identify its weights.
 
-`foundry/models/wrappers/canaries.py` makes these calls; this module compares the answers of two canaries.
+`foundry/models/wrappers/canaries.py` makes the calls of a canary; this module compares the answers of two canaries.
 """
 
 import hashlib

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 MOST_NAMES = 4
-"""Maximum number of comparisons that a message names. Of further comparisons, it only gives the number."""
+"""Maximum number of comparisons that a message names. Of further ones, the message only gives the number."""
 
 
 def run_overrides(argv: Sequence[str]) -> int:

@@ -17,9 +17,9 @@ from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")
-"""Policies that ignore their observations. The first one that can answer a world's questions is a baseline of it."""
+"""Policies that ignore their observations: a world gets the first as baseline that can answer its questions."""
 BOUNDS = ("scripted/stay", "scripted/oracle")
-"""The policy that does nothing, and the oracle. Each of them that can answer a world's questions is a baseline."""
+"""The policy that does nothing, and the oracle: baselines of every world whose questions they can answer."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
@@ -55,7 +55,7 @@ class Stage:
         return tuple(first_questions(self.scenario, self.seed))
 
     def check(self, model: Model) -> None:
-        """Raise an error if a policy cannot act in the world."""
+        """Raise an error if a policy cannot answer the questions of the world."""
         if model.costs:
             raise InputError(
                 f"'{model.name}' cannot be a baseline, because its calls cost something. Name a scripted policy."

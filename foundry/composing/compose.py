@@ -247,7 +247,7 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _value(config: Mapping[str, Any], key: str) -> Any:
-    """Return the value of a swept key in a configuration. If the key is a group, such as `world`, return its name."""
+    """Return the value of a swept key in a configuration. For the key of a group, `world`, return the world's name."""
     if key == FORMAT:
         return format_of(config["prompt"])
     value: Any = config
@@ -353,6 +353,6 @@ def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
 
 
 def _deeper(config: Mapping[str, Any], key: str) -> list[str]:
-    """Return settings like a missing one, but nested: `model.options.temperature` for `model.temperature`."""
+    """Return the settings with a missing one's last word: for `model.temperature`, `model.options.temperature`."""
     group, word = key.split(".")[0], key.split(".")[-1]
     return [path for path, _ in leaves(config.get(group), group) if path.endswith(f".{word}")]

@@ -93,7 +93,7 @@ def show(
 def _folders(
     argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder of the primary configuration, and the overrides. The first of them lists all other folders."""
+    """Yield the folder of the primary configuration, and the overrides. The first override lists all other folders."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
@@ -215,7 +215,7 @@ def _fixed_choices(asked: Sequence[str]) -> list[str]:
 
 
 def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
-    """Yield each combination of the overrides' values, with the seeds. If a key occurs twice, the last one applies."""
+    """Yield each combination of the overrides' values, with the seeds. The last override of each key applies."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 

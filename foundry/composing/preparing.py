@@ -123,7 +123,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 @dataclass(frozen=True)
 class Checked:
-    """A sweep that has passed all checks and of which nothing is on the disk yet."""
+    """A sweep that has passed all checks; nothing of it is on the disk yet."""
 
     composed: Composed
     sweep: Sweep
@@ -148,7 +148,7 @@ class Checked:
 
 
 def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> Checked:
-    """Check everything that can be wrong with a sweep. `place` puts paths of this machine into the sweep."""
+    """Check everything that can be wrong with a sweep. The function `place` puts paths of this machine into it."""
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")
     sweep = composed.sweep

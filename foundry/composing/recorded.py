@@ -18,7 +18,7 @@ from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
-"""The other keys of a recorded configuration that overrides may change."""
+"""Keys of a recorded configuration that overrides may change, besides world, model and prompt."""
 _AS_RECORDED = "as_recorded"
 """Name of a temporary option in each configuration group; it contains the recorded world, model or prompt."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")

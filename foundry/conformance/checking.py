@@ -85,7 +85,7 @@ CHECKS: Mapping[str, Sequence[Check[Any]]] = {
         edits.expects_one_action_for_each,
     ),
 }
-"""The checks for each kind of part, in the order of the report. Checks of models only ask policies: they are free."""
+"""The checks for each kind of part, in the order of the report. Checks of models ask only policies, which are free."""
 CONFIGURED = ("world", "prompt", "model")
 """Kinds of parts that have a configuration group."""
 EDIT = "edit="
@@ -162,7 +162,7 @@ def with_parts(name: str, case: WorldCase) -> list[Edit]:
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
-    """Return the data for checks of a configuration's world. Its model answers only if it costs nothing."""
+    """Return the data for checks of a configuration's world. The model answers only if it costs nothing."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
     return WorldCase(
         make=lambda: scenario_of(config),

@@ -23,7 +23,7 @@ from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
-"""Function that checks whether a part keeps one rule. It raises Broken if not, and may return a note for the user."""
+"""Function that checks one rule: it raises Broken if a part breaks the rule, and may return a note for the user."""
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Function that answers the pending questions, in order."""
 POLICIES: tuple[Mapping[str, Any], ...] = (
@@ -265,7 +265,7 @@ class WorldCase:
 
     @cached_property
     def usual(self) -> Episode:
-        """An episode that the policy plays, or replies drawn from the options of each question."""
+        """An episode with answers of the policy; without a policy, with answers drawn from each question's options."""
         return self.played(self.answers)
 
     @cached_property
@@ -291,7 +291,7 @@ class WorldCase:
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False
     ) -> Episode:
-        """Play an episode with this seed; see `play`. Without `scenario`, the shared scenario is played."""
+        """Play an episode with this seed, of `scenario` or, by default, of the case's own scenario; see `play`."""
         world = (scenario or self.scenario).start(self.seed)
         return play(world, answering, most=self.most, looks=looks, pictures=pictures)
 
@@ -324,6 +324,6 @@ def request_of(question: Question, seed: int) -> Request:
 
 
 def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
-    """Return the chosen model if it costs nothing and can act here; else a shipped policy; None if none can act."""
+    """Return the first that costs nothing and can answer: the chosen model, or a shipped policy. None if none can."""
     stage = Stage(scenario, seed)
     return next((policy for policy in (chosen, *POLICIES) if stage.suits(build(policy))), None)

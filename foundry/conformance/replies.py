@@ -23,7 +23,7 @@ _BAD = {
 }
 """Replies that choose no action, and the outcome that the world must record for each."""
 _SPOKEN = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-"""Outcomes of unreadable texts. For questions about messages, they are not checked: any text may be a message."""
+"""Outcomes of unreadable texts. Replies that are messages are not checked for these, as any text may be a message."""
 _PATIENCE_S = 20.0
 _MOST_OPTIONS = 24
 
@@ -62,7 +62,7 @@ def _answered(case: WorldCase, place: _Place, answer: Answer) -> tuple[list[Any]
 
 
 def survives_bad_replies(case: WorldCase) -> None:
-    """A reply that decides nothing is read quickly and without an error, and has the right outcome."""
+    """A reply that chooses no action is read quickly and without an error, and gets the right outcome."""
     for place in _places(case):
         kind = place.question.kind
         for name, (answer, expected) in _BAD.items():

@@ -22,7 +22,7 @@ from foundry.texts import in_words
 from foundry.worlds.base import Answer, Question, Scenario
 
 CHARACTERS_PER_TOKEN = 3.73
-"""Characters per token of the filler text with the tokenizers of Qwen 3 and Llama 3. Real replies have no more."""
+"""Characters per token of the filler text with the tokenizers of Qwen 3 and Llama 3; real replies have no more."""
 COMMON_MESSAGE = 160
 """Number of characters that is assumed for each message of an agent."""
 PRICED = 1_000_000

@@ -32,7 +32,7 @@ _WORDS = {
     "num_predict": "max_tokens",
 }
 _WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.eval_records"}
-"""For each export format, the module that writes it. The pip extra with the same name installs the needed packages."""
+"""For each export format, the module that writes it. A pip extra with the format's name installs its packages."""
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
         return tuple(_filled(line, context) for line in (asking, *(line for line in lines if line is not asking)))
 
     def judged(self, text: str, context: Context) -> str:
-        """Return the prompt to a model about a text."""
+        """Return the prompt that asks a model to label a text."""
         return _filled(self.judge, {**context, "text": text, "options": self.options(context)})
 
     def options(self, context: Context) -> tuple[str, ...]:

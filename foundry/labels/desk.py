@@ -136,7 +136,7 @@ class LabelDesk:
         return min(left, key=lambda item: (others[item], order[item]), default=None)
 
     def order(self, person: str) -> list[str]:
-        """Return all texts in one person's order: in turn one of each stratum, which is drawn at random from it."""
+        """Return all texts in one person's order: in turn one of each stratum, in random order within a stratum."""
         drawn_by = {item: hashlib.sha256(f"{person}/{item}".encode()).digest() for item in self._drawn}
         ranks: Counter[int] = Counter()
         rounds: dict[str, tuple[int, bytes]] = {}

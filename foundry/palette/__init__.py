@@ -47,10 +47,10 @@ DARK_COLOURS = (
     "#63C3BE",
     "#C1919E",
 )
-"""Colours of the same models on a dark background. They differ as much as `COLOURS`, and their hues are similar."""
+"""Colours of the same models on a dark background. These colours differ as much as `COLOURS`, with similar hues."""
 
 BASELINE = "#808080"
-"""The colour of all baselines, whose marker is a disc. One colour is enough, because nobody compares baselines."""
+"""The colour of all baselines, whose marker is a disc. All have one colour, because nobody compares baselines."""
 
 DASHES = ((), (3.5, 1.5), (1.0, 1.5), (4.5, 1.5, 1.0, 1.5), (6.0, 1.5, 1.0, 1.5, 1.0, 1.5))
 """Alternating lengths of strokes and gaps, in line widths; empty for a solid line."""
@@ -95,7 +95,7 @@ MARKERS = (
 """The markers of models: diamond, square, triangles, plus, cross, pentagon, hexagon, star and thin diamond."""
 
 LOOKS = len(COLOURS) * len(MARKERS)
-"""Number of pairs of a colour and a marker. Models with this or a larger index repeat a pair, with other dashes."""
+"""Number of pairs of a colour and a marker. From this index on, models repeat these pairs, with other dashes."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class Look:
 
 
 def look(index: int, *, baseline: bool = False) -> Look:
-    """Return the look of a model. If it has several groups of runs, the look of group k is `look(index + k * LOOKS)`.
+    """Return the look of a model. If a model has several groups of runs, group k gets `look(index + k * LOOKS)`.
 
     Args:
         index: index among the models of a sweep, or among its baselines.

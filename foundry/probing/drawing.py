@@ -48,7 +48,7 @@ class Past:
         return cls(run.run.seed, [_bare(call) for call in run.calls()])
 
     def up_to(self, step: int) -> "Past":
-        """Return the same past, with only the calls up to and including a step."""
+        """Return a copy with only the calls up to and including a step."""
         return Past(self.seed, [call for call in self.calls if call.step <= step])
 
     def said(self) -> list[Said]:

@@ -83,7 +83,7 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 class Replies(msgspec.Struct, frozen=True):
-    """A model's answers under one edit and format.
+    """A model's answers in one moment, under one edit and with one format.
 
     Attributes:
         prompt: index into `Seen.prompts`.
@@ -222,7 +222,7 @@ class SeenProbe:
         return self.moments.moments.index(Moment(run, step, agent, kind, again))
 
     def seen(self, number: int, *, plain: bool = False) -> Seen:
-        """Return all that a page shows about a moment.
+        """Return the data of a moment for its page.
 
         Args:
             number: its index in the list of moments.

@@ -33,7 +33,7 @@ def _said(name: str, value: str) -> str:
 
 @dataclass(frozen=True)
 class Tile:
-    """The part of one run in a picture of several runs: a PNG, the text above it, and the messages below it."""
+    """One run's tile in a picture with several runs: a PNG, the text above it, and the messages below it."""
 
     picture: bytes
     text: str

@@ -94,7 +94,7 @@ def model_stack(
 
 
 def members_of(model: Model) -> list[Model]:
-    """Return the members of a population; for any other model, the model itself."""
+    """Return the members of a population; for any other model, return a list with this model."""
     members: list[Model] = []
 
     def noted(model: Model) -> Model:

@@ -12,7 +12,7 @@ _SELDOM = (20_000, 20, 20)
 
 
 def share_cores(workers: int) -> None:
-    """Limit the threads that draw pictures without a GPU. Otherwise each of several workers would use all cores.
+    """Limit the threads that draw pictures without a GPU, because otherwise each worker would use all cores.
 
     A worker must call this before it draws.
     """

@@ -162,7 +162,7 @@ class DaskRunner(Runner):
         remote: str | None = None,
         ahead: bool = True,
     ) -> None:
-        """Check and store the settings; `conf/runner/dask.yaml` explains each."""
+        """Check and store the settings, which `conf/runner/dask.yaml` explains."""
         super().__init__(open_runs, ahead)
         if "://" not in address:
             raise InputError(f"runner.address={address} lacks a protocol. Write, for example, tcp://{address}.")

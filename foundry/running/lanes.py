@@ -15,14 +15,14 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import storing
 
 MAX_DEATHS = 2
-"""If this number of workers have died with no other run open than one and the same run, this run fails."""
+"""A run fails if this number of workers have died while each of them was playing only this run."""
 MAX_IDLE_DEATHS = 5
 """If more than this number of workers died without an open run, the sweep stops."""
 POLL_S = 0.25
 
 
 class Abandoned(FoundryError):
-    """The command that waits for the result of a worker has ended."""
+    """The command that started a worker and waits for its result has ended."""
 
 
 class Lanes:

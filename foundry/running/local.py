@@ -72,9 +72,9 @@ class SweepJob:
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
-"""A function that plays the given runs, which form the phase of the given number.
+"""A function that plays the runs of a phase, given these runs and the number of the phase.
 
-It returns when all these runs have ended or the sweep has stopped.
+The function returns when all runs of the phase have ended or the sweep has stopped.
 """
 
 
@@ -82,7 +82,7 @@ class Runner(ABC):
     """Plays the runs of a sweep in phases; subclasses define where the workers are."""
 
     def __init__(self, open_runs: int, ahead: bool = True) -> None:
-        """Check and store the settings; `conf/runner/local.yaml` explains each."""
+        """Check and store the settings, which `conf/runner/local.yaml` explains."""
         self._open_runs = _count("runner.open_runs", open_runs)
         if not isinstance(ahead, bool):
             raise InputError(f"runner.ahead={ahead} is neither true nor false. Give true or false.")
@@ -130,7 +130,7 @@ class LocalRunner(Runner):
     """Plays the runs of a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
-        """Check and store the settings; `conf/runner/local.yaml` explains each."""
+        """Check and store the settings, which `conf/runner/local.yaml` explains."""
         super().__init__(open_runs, ahead)
         self._workers = worker_count(workers)
 

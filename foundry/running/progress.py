@@ -70,7 +70,7 @@ class Totals(Tally):
 
     @property
     def done(self) -> int:
-        """Number of settled calls, of at most `most`: calls that were made, or that an ended run did not need."""
+        """Number of calls, at most `most`, that were made or that an ended run did not need."""
         return self.most if self.ended == self.runs else min(self.most, self.settled + self.calls + self.spared)
 
     @property
@@ -95,7 +95,7 @@ class Totals(Tally):
 
     @property
     def to_send(self) -> float:
-        """Expected number of calls that will still be sent. Until the first is sent, no cached answers are assumed."""
+        """Expected number of calls that will still be sent; before the first one, no cached answers are assumed."""
         unopened = self.most - self.settled - self._ended_most - sum(run.most for run in self.open)
         return sum(self._whole(run) - run.calls for run in self.open) + self.share * max(0, unopened)
 
@@ -149,7 +149,7 @@ class SweepProgress:
                 totals.settled += most
 
     def by_model(self) -> dict[str, Totals]:
-        """Return the present totals of each model."""
+        """Return each model's present progress: its numbers of runs, calls and tokens."""
         now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
         for report in self.folder.progress().values():
             for name, tally in report["models"].items():
@@ -222,7 +222,7 @@ class Pace:
 
 
 class Speed:
-    """The speed at which a model answers. Answers from the cache count only if no call has been sent."""
+    """The speed at which a model answers. The speed includes cached answers only while no call has been sent."""
 
     def __init__(self) -> None:
         self._all, self._sent = Pace(), Pace()

@@ -24,7 +24,7 @@ from foundry.worlds.base import Asked, Question
 CALLS = "calls.jsonl.zst"
 NOTHING = "nothing"
 _BEFORE, _LONGEST = 24, 72
-"""If a long line differs, this number of characters before the difference are shown, and this number in all."""
+"""Number of characters that are shown of a long line that differs: before the difference, and in all."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
 
 
 def wordings(config: Mapping[str, Any]) -> list[Wording]:
-    """Return the prompts and sampling seeds of a run, in the order of steps. Only a fork can have several."""
+    """Return the prompts and sampling seeds of a run, in the order of steps. Only a fork can have several prompts."""
     return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
 
 

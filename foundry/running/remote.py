@@ -23,7 +23,7 @@ from foundry.texts import one_line, without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
 CHUNKS_PER_WORKER = 4
-"""Mean number of chunks of runs for a worker; a fast worker can take more chunks than a slow worker."""
+"""The runs are divided into this number of chunks per worker, so that fast workers can take more than slow ones."""
 MAX_CHUNK = 256
 
 
@@ -52,7 +52,7 @@ class RemoteSweep:
 
     @classmethod
     def open(cls, url: str) -> "RemoteSweep":
-        """Open a URL, without reading there."""
+        """Return an object for the sweep at a URL; nothing is read there yet."""
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
@@ -82,7 +82,7 @@ class RemoteSweep:
         return summary is not None and summary.status == "complete"
 
     def put(self, folder: SweepFolder, run: RunFolder) -> None:
-        """Send the files of an ended run to the URL. The last one is `run.json`, which says that all are there."""
+        """Send the files of an ended run to the URL, and `run.json` last, as a sign that all of them are there."""
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:

@@ -143,7 +143,7 @@ class AnswerTable:
 
 
 def _split(recorded: str, of: str | None) -> tuple[Path, str | None]:
-    """Return the folder and the model in a text such as "outputs/pilot@llama3.2". If `of` is given, it is the model."""
+    """Return the folder and the model in a text such as "outputs/pilot@llama3.2"; `of`, if given, names the model."""
     parts = recorded.split("@")
     for count in range(1, len(parts)):
         folder = Path("@".join(parts[:count]))

@@ -51,7 +51,7 @@ class Group:
     """Searches, in the leading worker, for the best limit on calls in flight to one server, and divides the limit."""
 
     def __init__(self, bounds: InFlight, total: int, *, known: bool = False) -> None:
-        """Begin with the limit `total`. `known` says whether an earlier search already found it."""
+        """Begin with the limit `total`; `known` says whether an earlier search already found this limit."""
         self._climb = climb_within(bounds, total, known=known)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}

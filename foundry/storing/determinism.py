@@ -16,7 +16,7 @@ DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
 """The setting for the number of calls of each served model that are repeated; 0 repeats none."""
 AUTO = "auto"
-"""Value of the setting `determinism`: repeat and load the server with about 2 % of each served model's calls."""
+"""Value of the setting `determinism`: send about 2 % of each served model's calls again."""
 _CALLS_PER_REPEAT = 50
 _LEAST, _MOST = 2, 10
 """Minimum and maximum number of recorded calls of a model that `determinism=auto` repeats."""
@@ -139,7 +139,7 @@ def _score(repeats: Sequence[Again]) -> Score:
 
 
 def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
-    """Return a remark for each model whose server did not repeat all calls exactly. Keys are names as in tables."""
+    """Return, by the model's name in tables, a remark for each model whose server did not repeat all calls exactly."""
     least_last = sorted(
         (repeat for repeat in repeats if not repeat.exact),
         key=lambda repeated: -repeated.least.equal / repeated.least.of,
@@ -230,7 +230,7 @@ def _why(runs: Iterable[RunFolder]) -> str:
 
 
 def _names(measured: Sequence[Repeats]) -> list[str]:
-    """Return a name for each measured model. If several have the same name, add the settings in which they differ."""
+    """Return a name for each measured model. For models with the same name, add the settings in which they differ."""
     settings = [dict(leaves(repeated.parameters)) for repeated in measured]
     names = []
     for model, own in zip(measured, settings, strict=True):

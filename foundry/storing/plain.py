@@ -28,7 +28,7 @@ MOST_SETTINGS = 100_000
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
-"""A line of `sweep.yaml` that defines a run. The check of nested levels skips these often very many lines."""
+"""A line of `sweep.yaml` that defines a run. The check of nested levels skips such lines: there may be very many."""
 _LINKS = frozenset({0xA000000C, 0xA0000003})
 """The tags of symbolic links and junctions on Windows. Files with other tags, such as cloud files, count as regular."""
 _REFUSED = {

@@ -53,7 +53,7 @@ class Choices:
 
     @property
     def counts(self) -> Counter[str]:
-        """Number of answers with each choice. If shares were computed, they are turned into 1000 answers."""
+        """Number of answers with each choice; shares from probabilities are turned into 1000 answers."""
         return _dealt(self.expected) if self.expected else self.called
 
 

@@ -171,7 +171,7 @@ class SweepFolder:
 
     @property
     def analysis_dir(self) -> Path:
-        """The folder of the analysis. A user may delete it, because `foundry analyze` writes it anew."""
+        """The folder of the analysis. A user may delete this folder, because `foundry analyze` writes it anew."""
         return self.path / "analysis"
 
     def analysis_dir_of(self, folders: int) -> Path:
@@ -179,12 +179,12 @@ class SweepFolder:
         return self.analysis_dir if folders == 1 else self.path / f"analysis_of_{folders}_folders"
 
     def export_dir(self, what: str) -> Path:
-        """Return the default folder of an export, such as "inspect"; it may be deleted."""
+        """Return the default folder of an export to a tool such as "inspect"; a user may delete this folder."""
         return self.analysis_dir / "export" / what
 
     @property
     def search_file(self) -> Path:
-        """Path of the index with which the viewer searches texts; it may be deleted."""
+        """Path of the index with which the viewer searches texts; a user may delete this file."""
         return self.path / "viewer" / "texts-3.sqlite"
 
     @property

@@ -253,7 +253,7 @@ def sweep_content(text: str, where: object) -> Any:
 
 @lru_cache(maxsize=4)
 def _head_content(head: str, where: object) -> Any:
-    """Parse `sweep.yaml` without its runs; read the seeds without a YAML parser, because that would be slow."""
+    """Parse the part of `sweep.yaml` before the runs, but its lists of seeds without a YAML parser, which is slow."""
     seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
     content = load_plain(_SEEDS.sub(" []", head), where)
     conditions = content.get("conditions") if isinstance(content, Mapping) else None

@@ -41,7 +41,7 @@ class Scrubber:
         return _HOMES.sub("~", text)
 
     def value(self, value: Any) -> Any:
-        """Return a value of dicts, lists and texts, with `text` applied to each text."""
+        """Return a copy of a value (of dicts, lists and texts) in which `text` has scrubbed each text."""
         if isinstance(value, str):
             return self.text(value)
         if isinstance(value, Mapping):

@@ -89,7 +89,7 @@ def repeat_calls(
 
 
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
-    """Return the runs of a model that sent calls to its server; empty if not all its runs are complete."""
+    """Return the model's runs with calls that went to a server; return none if a run of the model is not complete."""
     conditions = {
         number for number, condition in enumerate(folder.sweep.conditions) if sent_key(condition.config["model"]) == key
     }

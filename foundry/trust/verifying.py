@@ -114,7 +114,7 @@ class Comparer:
                 self._compare_line(record.stream, _ENCODE(record))
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Count the calls and their tokens. `RecordedAsker` has already compared them with the recorded ones."""
+        """Count the calls and their tokens; `RecordedAsker` has already compared these calls with the recorded ones."""
         for call in calls:
             self.counts.calls += 1
             self.counts.add_tokens(call)
@@ -140,7 +140,7 @@ class Comparer:
         self._next[stream] = at + 1
 
     def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
-        """Return whether two lines differ only in the name of the renderer; such a difference is no error."""
+        """Return whether two recorded lines differ only in the name of the renderer; such a difference is no error."""
         renderers = renderers_of(recorded, now)
         self.renderers = self.renderers or renderers
         return renderers is not None

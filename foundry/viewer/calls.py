@@ -20,7 +20,7 @@ _LONGEST_HEADER = 18
 
 
 class _LoggedCall(NamedTuple):
-    """A logged call. Its own line is `lines[start:end]`; `lines` are decompressed lines of a Zstandard frame."""
+    """A logged call: `lines[start:end]` is the call's own line, among decompressed lines of a Zstandard frame."""
 
     frame: int
     step: int

@@ -181,11 +181,11 @@ class CatalogedSweep:
 
     @cached_property
     def table(self) -> SignatureTable:
-        """The table of signatures."""
+        """The table with the measures of all runs."""
         return SignatureTable(self.folder.signatures_path)
 
     def measures(self) -> list[str]:
-        """Return the names of the signatures' measures."""
+        """Return the names of all measures in the table."""
         known = {*_OWN_COLUMNS, *self.factors()}
         return [name for name in self.table.names() if name not in known]
 

@@ -94,7 +94,7 @@ def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
 
 
 def prepare(sweep: SweepFolder) -> None:
-    """Compute and store slow data of pages in advance, for the first begun run of each condition."""
+    """Compute and store, for the first begun run of each condition, the data that take long to compute for a page."""
     prepared = set()
     for run in sweep.runs():
         if run.run.condition in prepared or not run.beginning:

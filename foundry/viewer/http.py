@@ -77,7 +77,7 @@ class PageServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
-        """Return whether a Host header names this server. If not, the request may be an attack (DNS rebinding)."""
+        """Return whether a Host header names this server. Another name may mean an attack (DNS rebinding)."""
         name, _, port = host.rpartition(":")
         if port != str(self.server_port):
             return False

@@ -93,7 +93,7 @@ class StepLines:
         self._end += whole
 
     def _end_of(self, step: int, block: bytes, low: int, high: int) -> int:
-        """Return the position of the byte after the lines of a step. One of these lines begins at byte `low`."""
+        """Return the position after the lines of a step, given the position `low` at which one of them begins."""
         reach = NEAR
         while True:
             middle = min(low + reach, (low + high) // 2)

@@ -309,7 +309,7 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
-    """Yield the data of each agent, with their addresses. This reads the records once, not once per agent."""
+    """Yield the data of each agent, with their addresses. The records are read only once for all agents."""
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))

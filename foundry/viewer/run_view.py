@@ -70,7 +70,7 @@ class RunView(ABC):
         self._counting = threading.Lock()
 
     def prepare(self) -> None:
-        """Compute and store data that a page would wait long for; by default there are none."""
+        """Compute and store the data that take long to compute for a page; by default there are none."""
 
     def close(self) -> None:
         """Free cached data."""
@@ -106,7 +106,7 @@ class RunView(ABC):
         """Yield each agent with what `track` returns for it, but read the records only once for all agents."""
 
     def counted(self, first: int, last: int) -> Iterator[tuple[int, Mapping[str, float]]]:
-        """Yield each decision's agent in steps `first` to `last`, with the numbers to add to this agent's totals."""
+        """Yield, for each decision from step `first` to `last`, the agent and the numbers to add to its totals."""
         return iter(())
 
     def totals(self) -> dict[str, Any]:
@@ -214,7 +214,7 @@ class RunView(ABC):
         return {"first": first, "last": last, **everything, "damaged": self.calls.damaged}
 
     def all_decisions(self, first: int, last: int) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield each agent with the result of `decisions`; this reads the records once, not once per agent."""
+        """Yield each agent with what `decisions` returns for it, but read the records only once for all agents."""
         steps, calls = by_agent(self.steps.read(first, last)), self.calls.of_all(first, last)
         received = self.received(first, last)
         for agent in range(self.agents):

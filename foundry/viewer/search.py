@@ -47,7 +47,7 @@ _Hit = list[Any]
 
 
 class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A search request. A text is found if it fits all fields. A request without words must use another field.
+    """A search request, which finds the texts that fit all its fields. A request without words must use another field.
 
     Attributes:
         kind: one of KINDS, "note", or "every".
@@ -225,7 +225,7 @@ def _conditions(query: Query, phrases: str, runs: Collection[str] | None) -> tup
 
 
 def _is_asked(note: Note, query: Query) -> bool:
-    """Return whether a note matches the conditions on outcome, agent and step; a note has no outcome."""
+    """Return whether a note fits a search for an outcome, agent and steps; no note has an outcome."""
     first, last = query.first or 0, query.last
     return (
         not query.outcome

@@ -37,7 +37,10 @@ class _Reported:
 
 
 def underway(sweep: CatalogedSweep) -> dict[str, Any]:
-    """Return the state of a sweep. `foundry/viewer/README.md` lists the keys at `sweep/<sweep>/underway`."""
+    """Return the progress of a sweep, with its open runs and failures.
+
+    `foundry/viewer/README.md` lists the keys at `sweep/<sweep>/underway`.
+    """
     reports = sweep.folder.progress()
     reported = _reported(sweep, reports)
     counts = sweep.look_further(set(reported.opened))

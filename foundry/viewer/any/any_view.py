@@ -56,7 +56,7 @@ class AnyView(RunView):
         return step if count >= self.steps.in_first or self.folder.ended else step - 1
 
     def progress(self, *, running: bool) -> dict[str, Any]:
-        """Return the progress of the run. If its value `beginning` changes, the page must load the run again."""
+        """Return the progress of the run. The page loads the run again if the value `beginning` changes."""
         state = super().progress(running=running)
         self._fit()
         return state | {"beginning": f"{state['beginning']} {self.agents} {self.steps.in_first}"}
@@ -65,7 +65,7 @@ class AnyView(RunView):
         self.steps_per_chunk = max(1, min(50, LINES_PER_CHUNK // max(1, self.steps.in_first)))
 
     def about_world(self) -> dict[str, Any]:
-        """Return the world's declaration."""
+        """Return what the world declares about its records: actions, keys, record files and curves."""
         self._fit()
         declared = self.folder.declared
         return {
@@ -110,7 +110,7 @@ class AnyView(RunView):
             yield row.agent, counts | ({"utility": row.utility} if isinstance(row.utility, int | float) else {})
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
-        """Return the mean utility of each step, if utilities are recorded, and the mean of each curve."""
+        """Return, for each step, the mean utility (if utilities are recorded) and the mean of each curve."""
         utilities: dict[int, list[float]] = {}
         for row in self._rows(first, last):
             if isinstance(row.utility, int | float):
@@ -204,7 +204,7 @@ def _mean(values: Sequence[float] | None) -> float | None:
 
 
 def _plain(action: Any) -> str | int | float | None:
-    """Return a label or a number unchanged. Return other values, such as lists, as JSON."""
+    """Return an action for the page: a label or a number unchanged, any other value (such as a list) as JSON."""
     is_plain = action is None or (isinstance(action, str | int | float) and not isinstance(action, bool))
     return action if is_plain else msgspec.json.encode(action).decode()
 

@@ -1,4 +1,4 @@
-"""The view of runs of the camera form."""
+"""Shows runs of 3D worlds (form `camera`) on the page."""
 
 from foundry.viewer.camera.camera_view import CameraView
 from foundry.viewer.forms import FormView

@@ -85,7 +85,7 @@ class CameraView(RunView):
         return {"first": first, "last": last, **shown}
 
     def plan(self) -> Resource:
-        """Return the floor plan of the scene, without walls before the run begins. A file keeps a plan with walls."""
+        """Return the floor plan of the scene, without walls before the run begins. Plans with walls are stored."""
         from foundry.viewer.camera.scene_export import digest, keep
 
         episode = self._episode()

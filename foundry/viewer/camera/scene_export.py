@@ -134,7 +134,7 @@ class _File:
     _textures: dict[tuple[int, str], int] = field(default_factory=dict)
 
     def add(self, kind: str, part: dict[str, Any]) -> int:
-        """Append a part to an array and return the part's index."""
+        """Append an object, such as a mesh, to its array in the glTF file, and return its index there."""
         array = self.parts.setdefault(kind, [])
         array.append(part)
         return len(array) - 1

@@ -1,4 +1,4 @@
-"""The view of runs of the grid form."""
+"""Shows runs of 2D worlds (form `grid`) on the page."""
 
 from foundry.viewer.forms import FormView
 from foundry.viewer.grid.grid_view import GridView

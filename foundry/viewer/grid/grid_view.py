@@ -17,7 +17,7 @@ DIRECTIONS = ("stay", "up", "down", "left", "right")
 DEEDS = ("gather", "share", "attack", "reproduce")
 """The actions besides moves that agents have in a world with energy."""
 SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
-"""Values that the number `flags` adds up: the agent spoke, moved, perceived a fire, was absent."""
+"""Values that are added up to the number `flags`: the agent spoke, moved, perceived a fire, was absent."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}

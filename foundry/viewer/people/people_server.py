@@ -65,7 +65,7 @@ class PeopleServer(PrivateServer):
         super().__init__(_Handler, host=host, port=port)
 
     def service_actions(self) -> None:
-        """Call the function `look`, which may end the session. The server does this several times per second."""
+        """Call the function `look`, which may end the session; this happens several times per second."""
         self._look()
 
     def standing(self, after: int) -> dict[str, Any]:

@@ -19,7 +19,7 @@ _ENCODE = msgspec.json.Encoder().encode
 
 
 class ProbeView:
-    """A probe, safe to use from several threads.
+    """Returns the data of a probe for its page; several threads may use it at once.
 
     Args:
         trusted: further packages that may contain classes of the probe's world.

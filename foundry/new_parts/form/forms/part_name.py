@@ -16,7 +16,7 @@ class PartNameView(AnyView):
     """Gives the page the data of a run of this form."""
 
     def neighbours(self, agent: int) -> dict[str, Any]:
-        """Return the two agents beside an agent. The page gets them from the address `neighbours/<agent>`."""
+        """Return the two agents beside an agent. The page gets these agents from `neighbours/<agent>`."""
         return {"neighbours": [(agent - 1) % self.agents, (agent + 1) % self.agents]}
 
     parts = {**AnyView.parts, ("neighbours", 1): neighbours}
