@@ -66,7 +66,7 @@ class Request(msgspec.Struct, frozen=True):
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
-    """The model that gave a reply, if the asked model passes requests on to others or replays their records.
+    """The model that gave a reply, if it is not the asked model: the asked model may be a population or a replay.
 
     Attributes:
         digest: digest of the model on its server, or None.
@@ -195,7 +195,7 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class RunContext:
-    """The facts about a run that a model may know.
+    """The facts about a run that a model gets before it answers.
 
     Attributes:
         calls_seed: seed from which the sampling seed of each call is derived.
@@ -263,7 +263,7 @@ class Model(ABC):
         """
 
     def in_run(self, context: RunContext) -> Model:
-        """Return the model that answers in one run; only a population returns another model than itself.
+        """Return the model that answers in one run: this model or, for a population, its members with their agents.
 
         Raises:
             InputError: the model does not fit the run.
@@ -357,7 +357,7 @@ def every_run(run: str | None) -> bool:
 
 
 def there(reply: Reply) -> asyncio.Future[Reply]:
-    """Return a future that already holds the reply."""
+    """Return a future that is already done, with this reply as its result."""
     future: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
     future.set_result(reply)
     return future

@@ -15,7 +15,7 @@ from foundry.records import Member
 
 Personas = Sequence[Mapping[str, str]]
 STREAM = "members"
-"""The random stream, derived from the run's seed, that draws which member gets which agent."""
+"""Name of the random stream that deals the agents to the members of a population."""
 RULES = ("agents", "share", "persona")
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
 _TOLERANCE = 1e-6

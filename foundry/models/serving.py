@@ -1,4 +1,4 @@
-"""Settings that say how calls to a model are made: limits, repeats, timeouts. These settings never affect an answer."""
+"""Settings for making calls to a model: limits, repeats, timeouts. Such settings never affect an answer."""
 
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -37,7 +37,7 @@ class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Number of tries of a call, and how long `RetriedModel` waits between tries.
+    """How often `RetriedModel` tries a call, and how long it waits between tries.
 
     Attributes:
         attempts: tries of a call, including the first.
@@ -99,7 +99,7 @@ DEFAULT = Serving(
 
 
 def serving_of(model: Model) -> Serving:
-    """Return the settings for calls to a model: the model's own settings, else the default settings."""
+    """Return a model's settings for its calls; if the model has no such settings, the default settings."""
     serving = getattr(model, "server", None)
     return serving if isinstance(serving, Serving) else DEFAULT
 

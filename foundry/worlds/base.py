@@ -87,7 +87,7 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The meaning of a reply for the world.
+    """The outcome of a reply, and the decision or message that the world reads in the reply.
 
     Attributes:
         action: the decision, or None.
@@ -115,7 +115,7 @@ class Answer(msgspec.Struct, frozen=True):
     logprobs: tuple[TokenLogprobs, ...] = ()
 
     def __hash__(self) -> int:
-        """Return a hash of all fields except `logprobs`, which cannot be hashed; answers are keys of caches."""
+        """Return a hash of all fields but `logprobs`, which has no hash; an answer is the key of cached readings."""
         return hash((self.text, self.ending, self.inference_s))
 
 
@@ -129,11 +129,11 @@ class Ahead(ABC):
 
     @abstractmethod
     def ready(self) -> Sequence[Question]:
-        """Return the new questions that can be asked now. It must return a question if no answer is awaited."""
+        """Return the new questions that can be asked now. If no answer is awaited, there must be at least one."""
 
     @abstractmethod
     def take(self, asked: Asked, answer: Answer) -> None:
-        """Take the answer to a question."""
+        """Take the answer to a question that was asked early."""
 
     @abstractmethod
     def next_round(self) -> Sequence[Asked]:
@@ -141,7 +141,7 @@ class Ahead(ABC):
 
 
 class World(ABC):
-    """The state of one episode."""
+    """One episode of a world, with its present state."""
 
     @property
     @abstractmethod
@@ -241,7 +241,7 @@ class Scenario(ABC):
         raise InputError(f"World '{self.name}' cannot redraw its runs: add a method `redraw` to its Scenario.")
 
     def check_begun(self, episode: bytes) -> None:
-        """Check that no file that the world reads has changed since the episode began; by default, it reads none.
+        """Check that the files of the world have not changed since the episode began; by default, a world has no files.
 
         Args:
             episode: the line of `episode.jsonl`.
@@ -310,5 +310,5 @@ def unanswered(answer: Answer) -> Outcome | None:
 
 
 def undecided_outcome(answer: Answer) -> Outcome:
-    """Return the outcome of an answer whose text contains no readable decision."""
+    """Return the outcome of an answer without a readable decision: truncated if the text was cut, else unreadable."""
     return Outcome.TRUNCATED if answer.ending == LENGTH else Outcome.UNREADABLE

@@ -8,7 +8,7 @@ from foundry.declared import Declared
 from foundry.naming import in_room
 
 Line = Mapping[str, Any]
-"""A line of `steps.jsonl`."""
+"""A line of `steps.jsonl`, as a dict."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Mends broken JSON objects with the library json-repair, and rejects its guesses.
 
-The library json-repair guesses unclear parts, so its object is compared with the text. If the text has a key more often
-than the object, the library merged two objects, and the object is rejected. A key with quotation marks shows that the
-library merged values; such an object is rejected too. A value at the end of the text may be incomplete, so it becomes
-`Unfinished`.
+The library json-repair guesses unclear parts, so foundry compares the object that it returns with the text. If the text
+has a key more often than the object, the library merged two objects, and the object is rejected. A key with quotation
+marks shows that the library merged values; such an object is rejected too. A value at the end of the text may be
+incomplete, so it becomes `Unfinished`.
 """
 
 import re
@@ -38,7 +38,7 @@ class Mended(dict[str, Any]):
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """Replaces the last value of a text, which may be incomplete."""
+    """Stands in place of the last value of a text, since that value may be incomplete."""
 
 
 KeyOf = Callable[[str], str | None]
@@ -46,7 +46,7 @@ KeyOf = Callable[[str], str | None]
 
 
 def mended(text: str, key_of: KeyOf) -> Mended | None:
-    """Return the object that a text means, or None if this is uncertain.
+    """Return the JSON object that a broken text means, or None if the meaning is uncertain.
 
     Args:
         text: the text from the opening brace of the object, to its closing brace if it has one.

@@ -14,7 +14,7 @@ from foundry.models.base import Reply
 
 _SECRETS = frozenset(("password", "sslpassword"))
 Row: TypeAlias = tuple[str, str, bytes, int]
-"""A row to store: key, name of the model, encoded reply, checksum."""
+"""A row that is written to the cache: key, name of the model, encoded reply, checksum."""
 Found: TypeAlias = tuple[str, object, int, str | None]
 """A row read from the cache: key, encoded reply, checksum, and mark (None if the answer is confirmed)."""
 
@@ -92,7 +92,7 @@ class Answers(ABC):
 
     @abstractmethod
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with these marks (each stands for a state of a server); return how many were deleted."""
+        """Delete the answers with these marks (states of servers), and return how many were deleted."""
 
     @abstractmethod
     def removals(self, marks: Collection[str]) -> int:
@@ -103,7 +103,7 @@ class Answers(ABC):
         """Free the resources."""
 
     def get(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the cached replies, confirmed or not, by key."""
+        """Return, by key, the cached replies; replies that are not confirmed yet count too."""
         return {key: cached.reply for key, cached in self.find(keys).items()}
 
     def _rows(self, replies: Mapping[str, Reply], model: str) -> Iterator[Row]:

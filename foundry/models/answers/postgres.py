@@ -94,7 +94,7 @@ class PostgresAnswers(Answers):
         self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with these marks (each stands for a state of a server); return how many were deleted."""
+        """Delete the answers with these marks (states of servers), and return how many were deleted."""
         removed: int = self._again(lambda connection: _delete(connection, list(marks)))
         return removed
 

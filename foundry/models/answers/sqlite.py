@@ -21,7 +21,7 @@ _SCHEMA = (
     "CREATE TABLE IF NOT EXISTS commits (only INTEGER PRIMARY KEY, number INTEGER NOT NULL)",
     "CREATE TABLE IF NOT EXISTS removals (number INTEGER PRIMARY KEY AUTOINCREMENT, mark TEXT NOT NULL)",
 )
-"""The tables. When an older file is opened, the missing tables are added, and its answers count as confirmed."""
+"""The tables. When an older file is opened, missing tables are added, and the answers in it count as confirmed."""
 _FIND = """SELECT answers.key, CAST(reply AS BLOB), crc, mark FROM answers
 LEFT JOIN unconfirmed ON unconfirmed.key = answers.key WHERE answers.key IN"""
 _COUNT = """INSERT INTO commits VALUES (1, 1)
@@ -93,7 +93,7 @@ class SqliteAnswers(Answers):
             database.execute(delete, (*marks, newest))
 
     def remove(self, marks: Collection[str]) -> int:
-        """Delete the answers with these marks (each stands for a state of a server); return how many were deleted."""
+        """Delete the answers with these marks (states of servers), and return how many were deleted."""
         marked = f"unconfirmed WHERE mark IN {_places(marks)}"
         with self._changing() as database:
             delete = f"DELETE FROM answers WHERE key IN (SELECT key FROM {marked})"

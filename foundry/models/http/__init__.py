@@ -1,1 +1,1 @@
-"""The parts that all backends over HTTP share."""
+"""Code that all models behind HTTP servers share."""

@@ -18,7 +18,7 @@ from foundry.texts import one_line, without_surrogates
 from foundry.worlds.base import ABORTED
 
 MODEL_FAILED = ("token repeat limit", "does not match the expected", "Failed to parse input at")
-"""Texts of errors with status 500 that the output of the model causes: one from Ollama, then two from llama.cpp."""
+"""Texts of errors (status 500) that a server sends because of the model's output: one of Ollama, two of llama.cpp."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
 """foundry records at most this number of characters of a name that a server reports."""
@@ -33,7 +33,7 @@ OK = 200
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The server and the model that answer a call.
+    """The server and the model that a call goes to.
 
     Attributes:
         server: what errors call the server.
@@ -235,7 +235,7 @@ def length_in(value: Any) -> int | None:
 
 
 def aborted_reply(origin: Origin) -> Reply:
-    """Return the reply to a call at which the model gave up."""
+    """Return the empty reply for a call that the model aborted."""
     return Reply(text="", ending=ABORTED, host=origin.host, server_version=origin.version)
 
 

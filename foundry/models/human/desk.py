@@ -150,12 +150,12 @@ def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None
 
 
 DESK: ContextVar[Desk | None] = ContextVar("DESK", default=None)
-"""The desk of a command that asks people on a page; None in all other commands."""
+"""The desk of the present command, if this command asks people on a page; else None."""
 
 
 @contextmanager
 def seated(desk: Desk) -> Iterator[None]:
-    """Let people answer at this desk while the block runs."""
+    """Make this the desk of the command (see `DESK`) while the block runs."""
     before = DESK.set(desk)
     try:
         yield

@@ -15,7 +15,7 @@ _NAME = re.compile(r"\w[\w-]{0,39}")
 
 
 class HumanModel(ServedModel):
-    """A person who answers. The cache keeps the answers as for any model, so nobody is asked a question twice.
+    """A person who answers. The cache keeps the answers as for other models, so no person gets a question twice.
 
     Each call waits for the person without a time limit. In a command without a page, only cached answers exist.
     """
@@ -28,7 +28,7 @@ class HumanModel(ServedModel):
     )
 
     def __init__(self, *, person: str, name: str, schemas: Mapping[str, Schema] | None = None) -> None:
-        """Take the settings of `conf/model/human.yaml`."""
+        """Take the settings that `conf/model/human.yaml` describes."""
         if not _NAME.fullmatch(person):
             raise InputError(
                 f"model.person='{person}' is not a valid name: write model=human/<name>, with at most 40 letters, "

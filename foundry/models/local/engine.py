@@ -128,7 +128,7 @@ class Description:
 
     @property
     def template(self) -> Any:
-        """The chat template, which converts messages to one text, or None."""
+        """The chat template, which converts messages to one text; None if the model has none."""
         return getattr(self.processor, "chat_template", None) or self.tokenizer.chat_template
 
     @property

@@ -63,7 +63,7 @@ class Batches:
                 self._queue.remove(waiting)
 
     async def run(self, work: Callable[[], object]) -> None:
-        """Run another function in the thread of the batches."""
+        """Run a function in the thread in which the model answers its batches."""
         await asyncio.get_running_loop().run_in_executor(self._executor(), work)
 
     def close(self) -> None:

@@ -66,7 +66,7 @@ class OllamaModel(HttpModel):
         schemas: Mapping[str, Any] | None = None,
         logprobs: int | None = None,
     ) -> None:
-        """Take the settings of `conf/model/ollama.yaml`."""
+        """Take the settings that `conf/model/ollama.yaml` describes."""
         _check_settings(name, think, options)
         self._schemas = schemas_of(format, schemas)
         self.name = name

@@ -24,7 +24,9 @@ SHORTEST_IN_REPLIES = 12
 """Minimum length of a key that is removed from replies. A shorter key may equal a word that the model wrote."""
 REDACTED = b"[key]"
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
-"""Fields in a server's list of models that identify a model. Other fields change with time, price or a restart."""
+"""Fields in a server's list of models that identify a model. The other fields may change although the model is the
+same, for example with the price or a restart.
+"""
 FLAGS = ("max_model_len", "n_ctx")
 """Fields in a server's list of models that depend on the flags with which the server was started."""
 LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
@@ -71,7 +73,7 @@ class Secret:
 
 
 def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *, vision: bool | None) -> ModelInfo:
-    """Return what a server says about a model in its list of models; `listing` is None if it has no list.
+    """Return a server's facts about a model, from its list of models; `listing` is None if it has no list.
 
     OpenAI's API has no digest. A hash of the lasting facts about the model, or else of the server's address, takes its
     place. This hash distinguishes servers, not weights.

@@ -63,7 +63,7 @@ class CanaryAsker:
 
 
 class CanaryWatch:
-    """Compares each canary of a model with the canary of the weights that gave its cached answers."""
+    """Compares a model's present canary with the canary of the weights that gave the cached answers."""
 
     def __init__(self, model: Model, known: KnownWeights, info: ModelInfo) -> None:
         """Take a model with a canary, the known sets of weights with its name, and the server's facts about it."""

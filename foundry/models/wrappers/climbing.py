@@ -16,13 +16,13 @@ import msgspec
 WORTH_IT = 0.2
 """Minimum relative gain that makes a higher limit worthwhile: gain in throughput per gain in calls in flight."""
 LINEAR = 0.6
-"""From this relative gain on, the server is far from its limit, so the next increase of the limit is larger."""
+"""At this relative gain or more, the server has much room left, so the next increase of the limit is larger."""
 FLAT = 0.1
 """Below this relative gain, a lower limit loses almost no throughput, so the next decrease of the limit is larger."""
 CLEAR = 0.05
 """Two limits are compared once the relative error of the measured throughput is below this value."""
 MANY_CALLS = 120
-"""Number of calls after which an undecided comparison ends, and is repeated with a larger step."""
+"""A comparison without a result ends after this number of calls; the next one compares limits farther apart."""
 COARSE = 0.5
 """Maximum error of a relative gain by which a new limit is accepted or rejected early."""
 FIRST_STEP = 4.0

@@ -15,7 +15,7 @@ PACE = 2
 """Number of calls that may start when a call ends, so that calls start gradually after the limit has risen."""
 
 LOOK_AHEAD = 256
-"""Number of waiting calls that are searched for one that suits the free server."""
+"""The call for a free server is chosen among this number of calls that wait longest."""
 
 
 class Limit:
@@ -105,7 +105,7 @@ class Limit:
 
     @property
     def is_shared(self) -> bool:
-        """True if only `allow` sets the limit; False if a climb searches for the best limit."""
+        """True if only the method `allow` sets the limit; False if the limit is adapted by trial."""
         return self._climb is None
 
     def allow(self, allowed: int) -> None:

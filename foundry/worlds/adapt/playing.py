@@ -40,7 +40,7 @@ class Choices:
         return Actions(labels=self.labels, low=self.low, high=self.high, whole=False, idle=self.idle)
 
     def legal(self, mask: Sequence[int] | None) -> Actions:
-        """Return the decisions that a mask of legal actions allows; None allows all."""
+        """Return the decisions that a mask of legal actions allows; without a mask (None), all decisions are legal."""
         if mask is None or all(mask):
             return self.actions
         labels = tuple(label for label, allowed in zip(self.labels, mask, strict=True) if allowed)
@@ -120,7 +120,7 @@ class Playing(ABC):
 
     @abstractmethod
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
-        """Apply the agents' actions, and return the rewards; both by agent id."""
+        """Apply the agents' actions, and return the agents' rewards; actions and rewards are given by agent id."""
 
     def picture(self) -> Any:
         """Return the present state as pixels, (height, width, 3), or None if the environment draws none."""

@@ -96,7 +96,7 @@ class Moved:
 
 
 def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
-    """Return the result of a command from a pose; if `slide`, the body slides along obstacles, else it stops."""
+    """Return the motion for a command that is given at a pose; at obstacles, the body slides if `slide`, else stops."""
     if command.idle:
         return Moved(pose, None, 0.0, (pose,), ())
     yaw = (pose.yaw + (command.turn or 0.0)) % 360.0

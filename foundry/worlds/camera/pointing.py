@@ -66,7 +66,7 @@ class Pointer:
         self.boxes: FloatArray = joined(np.array([[corner.min(axis=0), corner.max(axis=0)] for corner in corners]))
 
     def seen_from(self, pose: Pose) -> Pointed:
-        """Return where the target is as seen from a pose."""
+        """Return where an agent at a pose sees the target: its place in the picture, and its direction."""
         eye = foot_of(pose) + (0.0, 0.0, self._eye_height)
         axes = eye, direction(pose.yaw, pose.pitch), direction(pose.yaw, pose.pitch + 90)
         seen = self._shares(offsets_from(*axes, self._sight.points_seen(eye, self._target)))

@@ -41,7 +41,7 @@ class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
 
 
 class ProbeStep(CameraStep, frozen=True, kw_only=True):
-    """A decision of a walk, or an answer to a question after it (`steps.jsonl`).
+    """A line of `steps.jsonl`: a decision of a walk, or an answer to a question after the walk.
 
     `command.answer` holds an answer, null for an unreadable reply; an answer moves nothing.
 
@@ -154,7 +154,7 @@ class MapProbeScenario(ThingsScenario):
         return {**walked, **{kind: ACTIONS[kind] for kind in self.probing.questions}}
 
     def count_calls(self) -> int:
-        """Return the maximum number of decisions and questions."""
+        """Return the maximum number of calls: one per decision of the agent's own walk, and one per question."""
         return len(self.probing.questions) + (self.settings.steps if self.probing.walk == "own" else 0)
 
     def read(self, question: Question, answer: Answer) -> Reading:

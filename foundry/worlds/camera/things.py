@@ -118,7 +118,7 @@ class Things:
 
 
 class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Bounds of a path's length, and the distance at which the thing at its end counts as reached, all in metres."""
+    """Limits on a path's length, and the distance at which the thing at its end counts as reached, all in metres."""
 
     shortest: Positive
     longest: Positive

@@ -172,7 +172,7 @@ def told(grain: str, goal: str, legs: Sequence[Leg], facing: Facing) -> dict[str
 
 
 class _Teller:
-    """Describes a route in the language of its texts; all methods except `tell` return parts of the description."""
+    """Describes a route in one language; `tell` returns the whole description, the other methods return parts of it."""
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         self._texts = texts

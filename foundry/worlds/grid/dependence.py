@@ -26,13 +26,13 @@ Target: TypeAlias = Callable[[Cell, str | None], Cell]
 """A function that returns the cell after a move in a direction; the direction None means staying."""
 
 MOST_STEPS = 32
-"""Maximum number of steps by which an agent may be ahead of another; larger values hardly save time."""
+"""Maximum number of steps by which an agent may be ahead of the slowest one; larger values hardly save time."""
 
 MOST_WAITING = 20_000
 """Maximum number of answers that wait in memory for the slowest agent; each takes a few KB."""
 
 _UNKNOWN = -2
-"""Stands for the area of an agent that has not reached a step; no area, not even OUTSIDE, has this number."""
+"""Number in place of an area, for an agent whose step is not played yet; it differs from OUTSIDE and every area."""
 
 _KNOWN: dict[type[msgspec.Struct], str] = {
     GridSettings: (
@@ -43,7 +43,7 @@ _KNOWN: dict[type[msgspec.Struct], str] = {
     Fire: "name start position intensity radius",
     History: "memory messages",
 }
-"""Settings that this module knows, by their class; with these settings, agents can be asked early."""
+"""Names of settings, by class, with which agents can be asked early."""
 
 
 def is_known(settings: GridSettings) -> bool:
@@ -99,7 +99,7 @@ class Kept:
 
 @dataclass
 class _Moment:
-    """The known part of the state in one step; some agents have not reached this step yet.
+    """The known part of the world's state in one step; a few agents may not have played this step yet.
 
     Attributes:
         cells: cell of each agent, (n, 2).
@@ -170,7 +170,7 @@ class GridAhead(Ahead):
         return asked
 
     def take(self, asked: Asked, answer: Answer) -> None:
-        """Take an agent's message or action."""
+        """Take an agent's answer: its message, or its action."""
         step, agent, kind = asked
         if kind == MESSAGE:
             self._take_message(self._moments[step], agent, answer)

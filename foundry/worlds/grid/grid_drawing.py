@@ -27,7 +27,7 @@ WALL_COLOUR, EXIT_COLOUR, FOOD_COLOUR, BURNING_COLOUR, ZONE_COLOUR = (
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """The things in a picture other than places, fires and agents.
+    """The walls, exits, zones and food in a picture, with the ids and numbers of agents.
 
     Attributes:
         ids: ids of the present agents, in the order of the frame's cells.
@@ -80,7 +80,7 @@ PERSONA_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#BBBB
 FIRE_COLOUR = "#D55E00"
 PLACE_COLOUR = "#E8E8EE"
 _BACKING = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
-"""The style of the box behind a name."""
+"""The style of the white box behind a name in the picture."""
 MOST_NUMBERED = 60
 """Up to this number of agents, the picture shows their ids; more ids would hide it."""
 

@@ -10,7 +10,7 @@ from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit, observing
 
 HIGHER = 100
-"""Number that the edit `rename_agents` adds to every agent's number."""
+"""The edit `rename_agents` adds this number to the number of every agent."""
 Moving: TypeAlias = Callable[[float, float], tuple[float, float]]
 """A function that returns the new position of a point (x, y)."""
 _SIDES = {"left": "right", "right": "left"}

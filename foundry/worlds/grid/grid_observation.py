@@ -8,8 +8,8 @@ The list below names the keys of an observation. Lists are in the order of the c
 - `x`, `y`: the agent's cell.
 - `half_size`: both axes run from -half_size to +half_size.
 - `place_types`: the types of the places, each once; their order in the paper is arbitrary.
-- `place`: the agent's place, `{name, type, agents, capacity, occupancy_rate}`; null outside all places. The number
-  `agents` includes the agent itself.
+- `place`: the agent's place, `{name, type, agents, capacity, occupancy_rate}`; null outside all places. The value of
+  `agents` is the number of agents in the place, including the agent itself.
 - `fires`: the fires that the agent perceives, `[{name, x, y, intensity, radius, distance}]`.
 - `places`: all places, `[{name, type, x, y, x_min, x_max, y_min, y_max, capacity}]`.
 - `neighbours`: the agents that it can talk to, by ascending id, `[{id, x, y, persona, place: null or {name, type}}]`.

@@ -15,7 +15,7 @@ from foundry.worlds.grid.space import OFFSETS, Cell
 
 STAY = "stay"
 LEADER = "leader"
-"""The role of leaders, who know the exits."""
+"""Value of the attribute `role` in the persona of a leader, an agent that knows all exits."""
 _WARNING = re.compile(r'Fire "([^"\n]*)" at \((-?\d{1,9}), (-?\d{1,9})\), radius (\d{1,9}(?:\.\d{1,9})?)\.')
 _WAYS = {way: OFFSETS[way] for way in ("right", "up", "left", "down")}
 """The directions in the order of preference; right comes first, so that agents eat the food row by row."""
@@ -143,7 +143,7 @@ class _Fire:
     radius: float
 
     def gap(self, cell: Cell) -> float:
-        """Distance from the cell to the edge of the fire's radius, in cells; negative inside."""
+        """Distance from a cell to the edge of the fire's radius, in cells; negative for a cell inside the radius."""
         return math.dist(cell, (self.x, self.y)) - self.radius
 
     def __str__(self) -> str:
@@ -151,7 +151,7 @@ class _Fire:
 
 
 class Avoid(ScriptedModel):
-    """Stays out of the radius of every fire that it knows, and passes warnings on.
+    """Stays out of the radius of every fire that it knows, and repeats warnings to its neighbours.
 
     It also stores the warnings in its memory, because it forgets messages earlier than memories.
     """
@@ -248,7 +248,7 @@ def _nearer(observation: Mapping[str, Any], dx: int, dy: int) -> list[str]:
 
 
 class Forager(ScriptedModel):
-    """Reproduces if it can, or else gathers the food in its cell, or else goes to the nearest visible food.
+    """Reproduces if it can; if not, gathers the food in its cell; without food there, goes to the nearest visible food.
 
     Of equally near cells with food it prefers the one with the most food, then the one to the right, above, to the
     left, below. Without visible food it walks at random. It says nothing.

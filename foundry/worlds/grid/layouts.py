@@ -24,7 +24,7 @@ class Layout(ABC):
 
 
 class UniformSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The uniform layout has no settings."""
+    """Settings of the uniform layout: it has none."""
 
 
 class Uniform(Layout):

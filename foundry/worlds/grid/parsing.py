@@ -10,9 +10,9 @@ text around the object, and remarks on a value. The reader understands nested ob
 actions and directions (`words`). A message such as "no message" means silence. A memory or reasoning that is not a text
 is kept as JSON.
 
-A reply counts as unreadable (if the text was cut, as truncated) if it has no decision, if a key has several values, or
-if objects disagree. A decision is also unreadable if it may continue after the cut, copies the prompt's placeholder, or
-contains an unknown word.
+A reply counts as unreadable (or as truncated, if the text was cut) in three cases: it has no decision, a key has
+several values, or objects disagree. A decision is also unreadable if it may continue after the cut, copies the prompt's
+placeholder, or contains an unknown word.
 
 The time to read a reply is proportional to the length of the reply.
 """
@@ -88,7 +88,7 @@ class ActionReading:
 
     @property
     def gist(self) -> tuple[object, ...]:
-        """The values on which a mended object must agree with the lines of its text."""
+        """These values must be the same in a mended object and in the lines of its text, read one by one."""
         return self.decision
 
 
@@ -156,7 +156,7 @@ def _agreed(
 def _candidates(
     content: str, answer: Answer, interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the objects of a text that may hold a decision, and the values in the lines before the first object.
+    """Yield a text's JSON objects that may hold a decision, and the values in the lines before the first object.
 
     These lines count only if they name an action. If there is no object, yield the values in all lines.
     """
@@ -222,7 +222,7 @@ def _may_decide(key: str) -> bool:
 
 
 def _objects(value: object) -> list[dict[str, Any]]:
-    """Return the objects in a list, or a single object as a list."""
+    """Return the JSON objects in a list; for a single object, a list with this object."""
     return [item for item in (value if isinstance(value, list) else [value]) if isinstance(item, dict)]
 
 
@@ -242,7 +242,7 @@ def _interpret_message(candidate: dict[str, Any]) -> MessageReading | None:
 
 
 def _is_doubtful(candidate: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
-    """Return whether a text is perhaps not the agent's message, but a copied placeholder or badly mended JSON."""
+    """Return whether a message may be no message of the agent, but a copied placeholder or badly mended JSON."""
     if message is not None and is_placeholder(message):
         return True
     return isinstance(candidate, Mended) and ("message" not in fields or is_glued(message or ""))

@@ -210,7 +210,7 @@ class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 def perceived_fires(
     fires: Sequence[Fire], step: int, cells: IntArray, burning: Mapping[str, IntArray] | None = None
 ) -> list[list[dict[str, Any]]]:
-    """Return for each agent the fires that it perceives at `step`, in the order of the configuration.
+    """Return, for each agent, the fires that the agent perceives at `step`, in the order of the configuration.
 
     Args:
         fires: the fires.

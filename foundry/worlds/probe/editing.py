@@ -10,10 +10,10 @@ and the images, never the prompt's text. Shipped edits of a form are in `foundry
 (`EDITS`); the edits in the folder `any` fit every form.
 
 An edit may have parts, such as the attributes of a persona. The file then has a function `parts(scenario)`, which
-returns the names of the parts, and `edit` has a parameter `part` for a name. For example, `swap_persona.age` changes
-only the age, and `swap_persona.each` stands for one edit per attribute. An edit may also use the questions of other
-moments (`others`): all other moments of this seed and of the next seed. The function for expected actions (`expected`)
-may have a parameter for the configured world (`scenario`).
+returns the names of the parts, and `edit` has a parameter `part` for a name. For example, the edit `swap_persona.age`
+changes only the age; `swap_persona.each` stands for one edit per attribute. The function `edit` may also have a
+parameter `others`, for the questions of all other moments of this seed and of the next seed. The function for expected
+actions (`expected`) may have a parameter for the configured world (`scenario`).
 """
 
 import inspect
@@ -68,7 +68,7 @@ class Edit:
         return "others" in inspect.signature(self.change).parameters
 
     def applied(self, question: Question, others: Sequence[Question] = ()) -> Question | None:
-        """Return the changed question, or None if the edit changes nothing in it.
+        """Return the question as changed by the edit, or None if the edit changes nothing.
 
         Args:
             question: the recorded question.

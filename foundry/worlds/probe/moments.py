@@ -80,7 +80,7 @@ class Said(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def answer(self) -> Answer:
-        """The answer as the world got it."""
+        """This recorded answer, in the form in which the world got it."""
         return Answer(self.text, self.ending, self.timings.get("latency", 0.0))
 
 
@@ -143,7 +143,7 @@ class Kept:
 
 @lru_cache(maxsize=1024)
 def questions_of(inputs: Kept) -> Mapping[Moment, Question]:
-    """Return the question in each moment of a seed; the conditions of a probe share these questions."""
+    """Return the question of each moment with one seed; the conditions of a probe share the cached questions."""
     moments = read_moments(inputs.moments, inputs.sha256)
     questions: dict[Moment, Question] = {}
     for run, mine in moments.of(inputs.seed).items():

@@ -13,7 +13,7 @@ from foundry.worlds.probe.editing import UNEDITED, find_edit
 from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
-"""Each repeat of a question adds this number to `Question.again`; no world counts so far by itself."""
+"""Each repeat of a question adds this number to `Question.again`; the counts of a world itself are smaller."""
 
 NO_PICTURES = "A probe has no pictures. Draw the runs of its moments instead."
 ROUND = 64
@@ -78,7 +78,7 @@ class ProbeScenario(Scenario):
         sampling: Mapping[str, Any] | None = None,
         kept: Mapping[str, str] | None = None,
     ) -> None:
-        """Take the recorded world, the edit, and the paths of files with moments.
+        """Take the recorded world, the edit, and the files with the moments.
 
         Args:
             name: name of the world.

@@ -1,8 +1,8 @@
 """Edits that set one number in an observation, and change nothing else.
 
 A quantity is a path of keys and list indices in the observation, such as `evenings.-1.went`. `evenings.count` is the
-length of the list `evenings`. If several numbers
-depend on a quantity, the edits of the form have a function that sets all of these numbers (`MOVES`).
+length of the list `evenings`. If other numbers of an observation depend on a quantity, the file with the form's edits
+has a function in `MOVES` that sets all of these numbers.
 """
 
 import re

@@ -117,7 +117,7 @@ def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
 
 
 def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided]:
-    """Return the legal number that the words name, as a set; empty for several numbers or an unknown word."""
+    """Return the set with the legal number that the words name; empty if they name several or a word is unknown."""
     numbers = [match[1] for word in words if (match := _NUMBER.fullmatch(word))]
     others = {word for word in words if not _NUMBER.fullmatch(word)}
     if len(numbers) != 1 or others - _AROUND - _UNITS - set(_words(kind)):

@@ -163,7 +163,7 @@ class NamingGame(RoundsScenario):
         return self.agents // 2 * (1 if self.speaks else 2) * self.steps
 
     def payoffs(self, question: Question) -> list[float]:
-        """Return the agent's points of remembered interactions, as its prompt shows them."""
+        """Return the points that the agent got in each interaction that it remembers, as its prompt shows them."""
         return [met["points"] for met in question.observation["memory"]]
 
     def play(self, table: Table) -> Play:

@@ -178,7 +178,7 @@ class PunishedGoods(PublicGoods):
         return super().actions() | {PUNISH: whom(range(self.agents))}
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
-        """Ask each agent whom it punishes, and subtract costs and losses."""
+        """Ask each agent whom it punishes; subtract the punisher's cost and the punished agent's loss."""
         details: dict[str, Any] = {**self.told, "given": list(given)}
         decisions = yield [
             table.ask(agent, PUNISH, legal=self._legal(agent, left[agent]), tokens=left[agent], **details)
@@ -193,7 +193,7 @@ class PunishedGoods(PublicGoods):
     def _settled(
         self, left: Sequence[float], whom_each: Sequence[int | None]
     ) -> Iterator[tuple[float, dict[str, Any]]]:
-        """Yield each agent's tokens after all punishments, the agent that it punished, and its number of punishers."""
+        """Yield, for each agent, its tokens after all punishments, whom it punished, and how many punished it."""
         for agent, tokens in enumerate(left):
             paid = self.cost if whom_each[agent] is not None else 0
             times = sum(target == agent for target in whom_each)
@@ -207,5 +207,5 @@ def whom(agents: Iterable[int]) -> Actions:
 
 
 def agent_of(label: str) -> int:
-    """Return the agent that a label such as `agent 3` names."""
+    """Return the agent's id in an action such as `agent 3`."""
     return int(label.removeprefix("agent "))

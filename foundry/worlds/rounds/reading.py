@@ -53,7 +53,7 @@ _TAG = re.compile(r"<([a-zA-Z_]{1,30})>([^<>]{0,200})</\1>")
 
 
 def read_talk(answer: Answer) -> Reading:
-    """Read the reply to a question that asks for talk."""
+    """Read the message in the reply to a question that asks for a message."""
     message = read_message(answer)
     if message.outcome is not Outcome.UNREADABLE:
         return Reading(message.outcome, message=message.text)
@@ -110,7 +110,7 @@ class _Reader:
         return readings[-1] if {reading.action for reading in readings} | before == {readings[-1].action} else None
 
     def _within(self, fields: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
-        """Yield the decision of an object or, if it has none, of its inner objects; None for an uncertain decision."""
+        """Yield the decision of an object, else those of the objects inside it; None for an uncertain decision."""
         if isinstance(fields, Conflicting):
             yield None
         elif any(self._decides(key) and not isinstance(value, dict) for key, value in fields.items()):
@@ -130,7 +130,7 @@ class _Reader:
         return Reading(Outcome.REPAIRED, decisions.pop(), without_surrogates(message) if spoken and message else None)
 
     def _mended(self, text: str) -> dict[str, Any]:
-        """Return the mended object of a text if its key-value pairs, read separately, give the same decision."""
+        """Return the mended object of a text, but only if the text's lines, read one by one, give the same decision."""
         whole = mended(text, lambda name: ACTION if self._decides(name) else None)
         reading = None if whole is None else self._of(whole)
         pairs = _PAIR.findall(in_plain_marks(text))

@@ -17,7 +17,7 @@ FACTOR = 10
 _POINTS = ("fun", "crowded", "home", "equal", "different", "points", "utility")
 _PAST = ("evenings", "rounds", "months", "memory", "turns", "talk", "received")
 _SUMS = ("met", "points", "total")
-"""Keys with a count or sum over past rounds."""
+"""Keys of an observation that hold a count or a sum over past rounds."""
 _AGENT = "agent "
 """Beginning of an action that names another agent, such as "agent 3"."""
 

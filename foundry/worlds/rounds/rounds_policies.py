@@ -173,7 +173,7 @@ class FreeRider(ScriptedModel):
 
 
 class Conditional(ScriptedModel):
-    """Gives a share of the others' mean contribution of the round before; in the first round a random number.
+    """Gives a fixed share of the others' mean contribution in the round before; in the first round, a random amount.
 
     It rounds fractions of a token up or down at random, so that the mean is right. With `punishes`, it punishes the
     agent that gave least, if that agent gave less than it did itself.

@@ -1,4 +1,4 @@
-"""A world in rounds: its rules are a generator that yields questions and receives decisions."""
+"""The base class of worlds in rounds, whose rules are a generator that yields questions and receives decisions."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ IDLE = "#5F6670"
 """Colour of idle actions."""
 UNREAD, TALK, WORDS = "#FFFFFF", "#E4E4EC", "#333344"
 LOW, HIGH = (239, 243, 255), (8, 81, 156)
-"""Colours of the smallest and the largest number."""
+"""Colours of the smallest and of the largest decision in the picture, RGB; decisions between them get a mixture."""
 _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 40, 784, 440
 MOST_NUMBERED = 30
 """Largest number of agents with which the picture shows their ids; more ids would overlap."""
 LONGEST = 24
-"""Maximum number of characters of a label in the legend."""
+"""Maximum number of characters that the picture's legend shows of a label."""
 
 
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
@@ -75,7 +75,7 @@ def _box(
 
 
 def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
-    """Return actions with both bounds: the extremes of the decided numbers replace missing bounds."""
+    """Return actions with both bounds; the smallest or largest recorded decision replaces a missing bound."""
     numbers = [line.action for line in lines if line.kind == kind and isinstance(line.action, int | float)]
     low = min(numbers, default=0) if known.low is None else known.low
     high = max(numbers, default=1) if known.high is None else known.high
@@ -197,7 +197,7 @@ class RoundsScenario(Scenario):
         return {"message": bool(received), "payoff": _beside_mean(self.payoffs(question))}
 
     def count_calls(self) -> int:
-        """Return the number of calls in an episode if each agent is asked once per kind and round."""
+        """Return the number of calls in an episode, if each agent gets one question of each kind per round."""
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:

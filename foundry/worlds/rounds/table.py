@@ -86,7 +86,7 @@ class Table:
         secret: Observation | None = None,
         **observed: Any,
     ) -> Question:
-        """Return a question. The rules must yield the question, in a list of all questions that are asked at once.
+        """Return a question. The rules must then yield this question in a list.
 
         The agent also observes `agent`, `agents` (their number), `step`, `persona`, and the messages that it
         `received`.
@@ -128,7 +128,7 @@ class Table:
         )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
-        """Record a decision and its result. Without this call, the decision is recorded without a result.
+        """Record a decision and its result. If the rules do not call this, the decision is recorded without a result.
 
         Args:
             decision: a decision of this round.

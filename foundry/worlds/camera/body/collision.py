@@ -153,7 +153,7 @@ STATION_M = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """An obstacle in the way of a body; `normal` (2,) points away from it; None if the body cannot slide."""
+    """An obstacle that stopped a body; `normal` (2,) points away from it; None if the body cannot slide."""
 
     name: str
     normal: FloatArray | None = None
@@ -161,7 +161,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The places (3,) of the foot after the start, and the cause of a stop, or None."""
+    """A path: the places (3,) of the foot after the start, and the obstacle that stopped the body, or None."""
 
     track: list[FloatArray]
     stop: Stop | None = None
@@ -227,7 +227,7 @@ class Leg:
         return float(heights[0]) if heights.size else None
 
     def _follow(self, stations: FloatArray, floor: FloatArray, end: Stop | None) -> Way:
-        """Return the path over the floor, one level part after another, up to the first obstacle."""
+        """Return the path over the floor, made of level parts, up to the first obstacle."""
         track = [self._at(0.0, floor[0])]
         first = 0
         while first < len(floor) - 1:
@@ -259,7 +259,7 @@ class Leg:
         return start + touch.distance, Stop(self._ground.name(int(able[touch.owner])), touch.normal)
 
     def _settled(self, station: float, before: float, foot_z: float) -> FloatArray:
-        """Return the foot on the floor at a place, or at the place before if the body cannot reach the floor."""
+        """Return the foot's place on the floor at `station`; if the body cannot reach the floor there, at `before`."""
         floor = self._height(station, foot_z)
         if floor is None or self._blocked(self._at(station, foot_z), floor) is not None:
             return self._at(before, foot_z)
@@ -338,7 +338,7 @@ class Collider:
         return Motion(track[-1], _length(track), stopped_by, track)
 
     def _slide(self, track: FloatArray, wish: FloatArray, left: float, body: Body, normal: FloatArray) -> FloatArray:
-        """Return a path (k, 3) with a slide along obstacles added at its end; `left` is the length still to go."""
+        """Return the path `track` extended by a slide along obstacles, (k, 3); `left` is the length that remains."""
         places, touched = list(track), [normal]
         for _ in range(MAX_TURNS):
             deflected = _deflected(wish, touched)

@@ -32,7 +32,7 @@ SEE_THROUGH = 0.5
 """Opacity below which one can see through a surface."""
 
 SAMPLES = 64
-"""Number of points of a target that are tested for visibility."""
+"""Number of points on a target's surface to which lines of sight are tested."""
 
 FLUSH_M = 5e-3
 """A surface within this distance of a point of the target, metres, does not hide it: a poster touches its wall."""
@@ -192,7 +192,7 @@ class Approaches:
         return any(self._collider.walkable(start, self._places[cell], self._body) for cell in approach.cells)
 
     def _way_out(self, foot: FloatArray) -> Approach | None:
-        """Return the shortest path of sliding moves to cells; None if the body overlaps a surface or is shut in."""
+        """Return the shortest path to cells in sliding moves; None if the body overlaps a surface or cannot get out."""
         if self._collider.touching(foot, self._body) is not None:
             return None
         waiting: list[tuple[float, int, FloatArray]] = [(0.0, 0, foot[None])]

@@ -141,7 +141,7 @@ def _barycentric(corners: FloatArray) -> FloatArray:
 
 
 def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Return the heights of triangles at (..., 2) offsets from their first corner; NaN outside the triangle."""
+    """Return the heights of triangles at offsets (..., 2) from their first corner; NaN outside of a triangle."""
     x, y = offsets[..., 0], offsets[..., 1]
     u = x * inverse[:, 0, 0] + y * inverse[:, 0, 1]
     v = x * inverse[:, 1, 0] + y * inverse[:, 1, 1]
@@ -209,7 +209,7 @@ def section(corners: FloatArray, height: float) -> FloatArray:
 
 
 def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, BoolArray]:
-    """Return the sides of triangles between two heights, (n, 3, 2, 2), and whether any part of each side is there."""
+    """Return the parts of triangles' sides between two heights, (n, 3, 2, 2), and whether a side has such a part."""
     rise = b[..., 2] - a[..., 2]
     level = rise == 0
     safe = np.where(level, 1.0, rise)
@@ -223,7 +223,7 @@ def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tup
 
 
 def _section(a: FloatArray, b: FloatArray, height: float) -> tuple[FloatArray, IntArray]:
-    """Return the (m, 2, 2) segments where triangles cross a height, and the index of each segment's triangle."""
+    """Return the segments (m, 2, 2) in which triangles cut the plane at `height`, and the triangle of each segment."""
     below = a[..., 2] < height
     crosses = below != below[:, _NEXT]
     owner = np.flatnonzero(crosses.any(axis=1))

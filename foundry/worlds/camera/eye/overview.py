@@ -201,7 +201,7 @@ def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], par
 
 
 def _are_apart(first: FloatArray, second: FloatArray) -> bool:
-    """Return whether a straight line, with a margin, separates two sets of points (n, 2)."""
+    """Return whether a strip of width `MARGIN_PX` can separate two sets of points (n, 2)."""
     return any(((second @ axis).min() - (first @ axis).max()) >= MARGIN_PX for axis in _axes(first))
 
 

@@ -221,7 +221,7 @@ def _joined(meshes: Sequence[SceneMesh]) -> Any:
 
 
 def lit_colours(mesh: SceneMesh) -> UInt8Array:
-    """Return the colours of a mesh's points under the scene's light, with their own emission, (n, 3)."""
+    """Return the colours (n, 3) of a mesh's points under the scene's light, plus the light that the points emit."""
     assert mesh.normals is not None
     own: FloatArray = np.array([mesh.colour]) if mesh.vertex_colours is None else mesh.vertex_colours / 255.0
     shown: FloatArray = np.clip(own * brightness(mesh.normals)[:, None] + np.array(mesh.emissive), 0, 1)
@@ -233,7 +233,7 @@ def _id_colour(number: int) -> UInt8Array:
 
 
 _AMBIENT = 0.6
-"""Light that is equal from all directions, out of 1."""
+"""Brightness of the light that comes equally from all directions, 0..1."""
 
 _LIGHTS = np.array([[0.32, 0.18, 0.25], [0.02, 0.10, 0.40]])
 """Light from +X, +Y, +Z, and from -X, -Y, -Z, so that the six sides of a room differ in brightness."""

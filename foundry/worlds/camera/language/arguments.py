@@ -128,7 +128,7 @@ def made(said: Arguments) -> Word:
 
 
 def bare_mention(said: Arguments, act: Act | None, *, shared: bool = False) -> Mention | str:
-    """Return the motion that words without a verb ask for, or the reason why there is no motion.
+    """Return the motion that words without a verb ask for; if they ask for none, return the reason as text.
 
     `act` is the kind of motion of the verb before them; with `shared`, it applies to them, as in "turn: left".
     """

@@ -132,14 +132,14 @@ class _Reader:
         self._found.append(replace(mention, later=mention.later or self._later, segment=self._index))
 
     def _told(self, segment: Segment) -> list[Bar | None]:
-        """Return, for each token, the reason why it only reports, states a purpose or postpones a motion, or None."""
+        """Return, for each token, a reason if it reports, states a purpose or postpones a motion; else None."""
         bars = self._telling.told(self._index)
         if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
             return [Bar.EXAMPLE] * len(bars)
         return bars
 
     def _take_back(self, token: Token) -> None:
-        """Revoke the motions of the sentence so far, or of the reply so far, as a word such as "no, wait" demands."""
+        """Delete the motions of the sentence or reply so far, since a word such as "no, wait" has revoked them."""
         if token.kind in (Kind.FIRST, Kind.RETRACT):
             while any(mention.wanted for mention in self._found):
                 self._found.pop()
@@ -147,7 +147,7 @@ class _Reader:
             self._found.insert(0, Mention(Category.RETRACT, wanted=False, segment=-1))
 
     def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
-        """Return whether a verb's form describes an event instead of asking for a motion, as in "the wall turns"."""
+        """Return whether a verb describes an event and asks for no motion, as "turns" does in "the wall turns"."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.THIRD:
             named = any(token.kind is Kind.GAZE or token.text in ("the", "my", "your") for token in tokens[:at])
@@ -245,7 +245,7 @@ class _Reader:
         return joint == ":" and first_person and not any(token.kind is Kind.IS for token in before)
 
     def _makes_diagonal(self, segment: Segment, said: Arguments) -> bool:
-        """Make one motion of two segments, such as "move forward" and "to the left"; return whether they fit."""
+        """Join two segments, such as "move forward" and "to the left", to one motion; return whether they fit."""
         joint = segment.joint
         if joint is None or joint.text not in _AND or not self._found or self._found[-1].segment != self._index - 1:
             return False
@@ -268,7 +268,7 @@ class _Reader:
         return True
 
     def _complete(self, said: Arguments) -> None:
-        """Give the last motion the amount that follows, as in "turn right (30 degrees)"."""
+        """Add an amount to the last motion if the amount follows later, as in "turn right (30 degrees)"."""
         last, amount = self._found[-1], said.amount
         if last.category is Category.STAY or (amount is None and not said.small):
             return
@@ -334,7 +334,7 @@ _LONGEST_QUOTE = 80
 
 @dataclass(slots=True)
 class _Latest:
-    """The motions in the part of the reply read so far, without revoked motions."""
+    """The latest motion of each kind in the reply so far; motions that the reply has revoked are left out."""
 
     mentions: dict[Category, Mention] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)

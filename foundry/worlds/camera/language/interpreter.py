@@ -6,19 +6,19 @@ motion, after another command, or in a sentence without other content. Negated, 
 carried out, nor are motions in questions, examples, quotations and lists of options. Reported motions of earlier steps
 or of other agents, purposes, and postponed motions are not carried out either (see `language.telling`).
 
-A missing amount gets the configured default, and an amount above a limit is clamped; the notes say so.
+A missing amount gets the configured default, and an amount above a limit is clamped; `Command.notes` then has a note.
 
 A reply that is a JSON object is read as JSON. The requested keys are `direction` (a direction such as "forward-left",
 or null), `distance` (metres), `turn` (degrees to the left) and `gaze` (degrees upwards). A missing key, null and 0 mean
-no motion, and a command without any motion is "stay". Other keys are ignored, except a key that names the action. An
-object that names an action, such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made of
-its values.
+no motion, and a command without any motion is "stay". foundry ignores other keys, except a key that names the action.
+An object that names an action, such as {"action": "turn", "direction": "left", "angle": 45}, is read as a sentence made
+of its values.
 
 The outcome is `chosen` if the reply contains a command. The outcome is `repaired` if the command is JSON in a part of
 the reply, or plain language although JSON is requested. If the reply contains no command, the outcome is `unreadable`,
 and nothing moves.
 
-The time is linear in the length of the reply.
+Reading takes time proportional to the length of the reply.
 """
 
 import json
@@ -47,7 +47,7 @@ _QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
 _BEFORE = re.compile(rf"(?:\b(?:{_SAID})|{_SAID_CJK})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
 _AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
 _REACH = 24
-"""A word that introduces a quotation is searched in this number of characters before the quotation."""
+"""The word that introduces a quotation must be among this number of characters before the quotation."""
 
 _ECHO = re.compile(
     r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|ステップ|第) ?\d{1,4}"
@@ -200,7 +200,7 @@ def _names(key: str) -> bool:
 
 
 def _words(fields: dict[str, Any], depth: int) -> Iterator[str]:
-    """Yield the words of a JSON object that describe a motion: the action, the direction, and the amount."""
+    """Yield the words for a motion in a JSON object: its action, its direction and its amount."""
     unit = next((str(value) for key, value in fields.items() if _UNITS.search(key.lower())), "")
     said = [part for key, value in fields.items() for part in _said(key.lower(), value, unit, depth)]
     yield from (text for _, text in sorted(said, key=lambda part: part[0]) if text)
@@ -310,7 +310,7 @@ def _numbers(fields: dict[str, Any], limits: Limits, outcome: Outcome) -> Comman
 
 
 def _is_sound(fields: dict[str, Any]) -> bool:
-    """Return whether all values have the right types, and a distance above 0 comes with a direction."""
+    """Return whether all values have the right types, and a direction is given if the distance is above 0."""
     numbers = [fields.get(key) for key in ("distance", "turn", "gaze")]
     if not all(value is None or (type(value) in (int, float) and abs(value) <= LARGEST) for value in numbers):
         return False
@@ -379,7 +379,7 @@ def interpret(reply: str, limits: Limits | None = None) -> Command:
 
 
 def read_replies(lines: Iterable[str], *, limited: bool) -> Iterator[str]:
-    """Yield the command in each reply as a JSON object.
+    """Yield, for each line with a reply, the command in it as the text of a JSON object.
 
     Args:
         lines: the replies, each as a JSON string.

@@ -155,7 +155,7 @@ class _Meaning(Word, frozen=True, kw_only=True):
 
 
 class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The endings that a group of verbs can have, by their effect.
+    """The endings that a group of verbs can have, by the verb form that they make.
 
     Attributes:
         asking: endings that keep the verb's meaning.

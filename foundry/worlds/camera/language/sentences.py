@@ -1,7 +1,7 @@
 """Splits a cleaned text into sentences, segments and tokens, and merges numbers and units into amounts.
 
-Only sentences that may name a movement are read. One regular expression finds the words of all languages. The time is
-linear in the length of the text.
+Only sentences that may name a movement are read. One regular expression finds the words of all languages. The reading
+time is proportional to the length of the text.
 """
 
 import math
@@ -299,7 +299,7 @@ def _decimals(tokens: Sequence[Token], at: int, whole: float) -> _Number:
 
 
 def _half(tokens: Sequence[Token], at: int) -> int | None:
-    """Return the index after the words "and a half" if they begin at `at`; else None."""
+    """If the words "and a half" begin at index `at`, return the index after them; else None."""
     for length in (3, 2, 1):
         if tuple(token.text for token in tokens[at : at + length]) in _HALVES:
             return at + length
@@ -313,7 +313,7 @@ MAX_REACH = 500
 """The ends of a sentence are searched in this number of characters before and after a word that may name a movement."""
 
 _AT_CUT = 20
-"""Number of tokens that are left out at the end of a sentence that was cut, since they may be incomplete."""
+"""Number of tokens that foundry ignores at the end of a sentence that was cut, since they may be incomplete."""
 
 _NUMERIC = (Kind.DIGITS, Kind.NUMBER, Kind.UNIT)
 _END = re.compile(r"[!?;。\n]|\.(?!\d)")

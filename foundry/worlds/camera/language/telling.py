@@ -132,7 +132,7 @@ class _Scope:
 
 @dataclass(slots=True)
 class _Seen:
-    """The part of a segment that is read so far.
+    """Notes on the part of a segment that was read so far.
 
     Attributes:
         fresh: whether the speaker is the subject again, as after "I".
@@ -207,7 +207,7 @@ class Telling:
             self._scope = None
 
     def _leads_on(self, index: int, scope: _Scope, starts: Sequence[Token]) -> bool:
-        """Return whether the segment before only states a time, as in "in the last step," or "once I have turned,"."""
+        """Return whether the segment before this one only states a time, such as "in the last step,"."""
         before = self._segments[index - 1].tokens
         if _is_only_time(before):
             return True
@@ -269,7 +269,7 @@ class Telling:
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
     def _leave(self, index: int, seen: _Seen) -> None:
-        """Mark the whole segment as asking for no motion if one of its words, such as "later", names another time."""
+        """Mark a segment as asking for no motion if one of its words, such as "later", names another time."""
         tokens = self._segments[index].tokens
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]
@@ -283,7 +283,7 @@ class Telling:
 
 
 def _is_objection(segment: Segment) -> bool:
-    """Return whether a segment says why a wish cannot be fulfilled, as in "but the way is blocked"."""
+    """Return whether a segment says that a motion is not possible, as in "but the way is blocked"."""
     return segment.joint is not None and segment.joint.text in _BUT and len(segment.tokens) > 2
 
 
@@ -292,7 +292,7 @@ def _is_put_off(token: Token) -> bool:
 
 
 def _past_to(segments: Sequence[Segment]) -> tuple[int, int]:
-    """Return the segment and the token up to which the sentence is in the past, as in "...進み、...回転しましたが"."""
+    """Return the segment and token up to which a sentence reports the past, as in "...進み、...回転しましたが"."""
     for index in range(len(segments) - 1, -1, -1):
         for at in range(len(segments[index].tokens) - 1, -1, -1):
             token = segments[index].tokens[at]
@@ -323,7 +323,7 @@ _IS_TO = frozenset(("is to", "was to", "是"))
 
 
 def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
-    """Return whether another agent is the subject of a verb."""
+    """Return whether the subject of a verb is another agent, as in "the other robot turns"."""
     word, before = tokens[at].word, tokens[at - 1] if at else None
     if before is None or (before.kind is Kind.FRESH and before.text not in _WILL):
         return False

@@ -165,7 +165,7 @@ def node(attribute: Any | None) -> Any | None:
 
 
 def held(shader: Any, name: str) -> Any | None:
-    """Return the attribute that holds the value of an input; None if another node or nothing sets the input."""
+    """Return the attribute with the value of a shader's input; None if it is unset or another node sets it."""
     attribute = source(shader, name)
     return None if node(attribute) is not None else attribute
 
@@ -177,7 +177,7 @@ def identifier(shader: Any) -> str:
 
 
 def coordinates(shader: Any, name: str, values: Values) -> tuple[str | None, FloatArray]:
-    """Follow an input of texture coordinates to its primvar, and combine the transforms on the way.
+    """Find the primvar from which a shader's input gets texture coordinates, and the transform on the way.
 
     Returns:
         The primvar's name or None, and the (3, 2) transform of rows (u, v, 1).

@@ -213,7 +213,7 @@ SHAPES: Mapping[str, Callable[[Size, Axis], Topology]] = MappingProxyType(
         "Plane": lambda size, axis: plane(size("width"), size("length"), axis()),
     }
 )
-"""Functions that make each primitive of UsdGeom."""
+"""For each primitive shape of UsdGeom, such as `Cube`, the function that makes it."""
 
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
@@ -239,7 +239,7 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
 
 
 def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
-    """Return one mesh with a copy of this mesh under each of these (k, 4, 4) transforms; points are rows."""
+    """Return one mesh that joins k copies of this mesh, one for each of the transforms (k, 4, 4); points are rows."""
     linear, count = matrices[:, :3, :3], len(mesh.points)
     with np.errstate(all="ignore"):  # a file may place things at invalid positions; the loader leaves these out
         points = mesh.points @ linear + matrices[:, None, 3, :3]

@@ -29,7 +29,7 @@ class _Part:
 
 
 class GprimReader:
-    """Reads the drawable prims of one stage."""
+    """Reads the prims of one stage that can be drawn: meshes and primitive shapes."""
 
     def __init__(self, materials: Materials, findings: Findings, values: Values) -> None:
         self._materials, self._findings, self._values = materials, findings, values

@@ -30,7 +30,9 @@ class Findings:
 
 
 LARGEST = 1e15
-"""Largest number that is accepted in a USD file. No scene needs a larger number, whose square could be infinite."""
+"""Largest number that is accepted in a USD file. No scene needs more, and the square of a larger number could be
+infinite.
+"""
 
 _Default = TypeVar("_Default")
 
@@ -52,7 +54,7 @@ class Values:
         return self._wrong(attribute, default)
 
     def flag(self, attribute: Any | None, default: bool) -> bool:
-        """Return an attribute's truth value, which some files write as a number."""
+        """Return an attribute that is true or false; some files write it as a number."""
         return bool(self.number(attribute, default))
 
     def vector(self, attribute: Any | None, width: int) -> tuple[float, ...] | None:
@@ -73,7 +75,7 @@ class Values:
         return self._wrong(attribute, default)
 
     def first_text(self, attribute: Any) -> str:
-        """Return the first text in an attribute's list of texts, or an empty text."""
+        """Return the first text of an attribute that lists texts; "" if there is none."""
         value = self._value(attribute)
         if value is None:
             return ""

@@ -88,7 +88,7 @@ def _first(fields: dict[str, Any], names: Collection[str]) -> object:
 
 
 def _number(value: object) -> int | None:
-    """Return a value that is a whole number from 0, or the only number in a text such as "Agent 4", or None."""
+    """Return a value that is a whole number from 0, or the number in a text such as "Agent 4"; else None."""
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value.strip())
         return int(match[1]) if match else None

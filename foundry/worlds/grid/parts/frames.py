@@ -97,7 +97,7 @@ def recorded_frames(
 def _follow(
     record: FurnishedStep, bodies: dict[int, Cell], food_supply: FoodSupply | None, gone: dict[str, int]
 ) -> None:
-    """Apply an agent's recorded step to the positions, the food and the numbers of agents that are gone."""
+    """Update the positions, the food and the counts of gone agents by an agent's recorded step."""
     bodies[record.agent] = (record.x_next, record.y_next)
     cause = record.left or record.lost
     if cause is not None:

@@ -24,7 +24,7 @@ class FurnishedStep(GridStep, frozen=True, kw_only=True):
 
 
 class LivingStep(FurnishedStep, frozen=True, kw_only=True):
-    """An agent's step in a world with energy (`steps.jsonl`).
+    """A line of `steps.jsonl` in a world with energy: one agent's step.
 
     Attributes:
         energy: its energy before the step.

@@ -54,7 +54,7 @@ class FurnishedWorld(World):
 
     @property
     def finished(self) -> bool:
-        """True if all steps are done or no agent is left."""
+        """True if all steps are done or all agents have left or died."""
         return self._completed >= self._settings.steps or not self._bodies
 
     @property
@@ -207,7 +207,7 @@ class FurnishedWorld(World):
         return lost
 
     def _danger(self, cell: Cell) -> str | None:
-        """Draw whether an agent in this cell dies, independently for each danger there; return the cause, or None."""
+        """Draw for each danger in this cell whether it kills the agent; return the first one that does, or None."""
         dangers = [(zone.name, zone.risk) for zone in self._settings.zones if is_within(cell, zone.corners)]
         fire = self._spreading_fires.cells.get(cell)
         dangers += [] if fire is None else [(fire.name, fire.risk)]

@@ -1,6 +1,6 @@
 """Observations in a 2D world with parts such as walls, exits and energy.
 
-An observation has the keys of all 2D worlds (`foundry.worlds.grid.grid_observation`), and these keys. The keys of a
+An observation has the keys of all 2D worlds (`foundry.worlds.grid.grid_observation`), and the keys below. The keys of a
 part that the world lacks, such as energy, are empty or null:
 
 - `view`: the number of columns and rows that the agent sees to each side; null for the whole grid.

@@ -168,7 +168,7 @@ class Moved:
 def moves_of(
     ground: Ground, capacity: int | None, cells: Mapping[int, Cell], wanted: Mapping[int, Cell], order: Sequence[int]
 ) -> dict[int, Moved]:
-    """Carry out the moves of one step, and return each agent's result by its id.
+    """Carry out the moves of one step; return the result for each agent, by the agent's id.
 
     If a cell has not enough room for all agents that want to enter it, the first agents in the order get in. An agent
     that moves away makes room for another in the same step. Two agents cannot swap cells that are both full.
@@ -277,7 +277,7 @@ class WayOut:
 
 
 class SpreadingFires:
-    """The burning cells; a fire ignites its own cell at its start, and then neighbouring cells without a wall.
+    """The burning cells. A fire first burns its own cell; it spreads to neighbouring cells if no wall is in between.
 
     Attributes:
         cells: the fire of each burning cell, in the order of ignition.
