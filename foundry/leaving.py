@@ -60,7 +60,7 @@ class _Doorway:
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
     """Return the departures with which, at every step, as many agents are outside as possible.
 
-    No agent is assumed to block another on its way.
+    The computation assumes that no agent blocks another on its way.
 
     An agent at distance d from an exit can leave by it in step d or later. The sets of places that can be filled
     together are a matroid (Edmonds and Fulkerson 1965). So filling places in the order of steps is optimal for every

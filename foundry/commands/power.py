@@ -1,4 +1,4 @@
-"""The part of `foundry plan` that prints how many seeds a sweep needs, judged by a pilot sweep."""
+"""The part of `foundry plan` that prints how many seeds a sweep needs, estimated from a pilot."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def show_seeds(
     only: Sequence[str],
     without: Sequence[str],
 ) -> None:
-    """Print how many seeds a sweep or a probe needs, judged by a pilot in a folder."""
+    """Print how many seeds a sweep or a probe needs, estimated from a pilot in a folder."""
     from analysis.filtering import Filter
     from analysis.load import is_probe
     from analysis.planned.declaring import checked_looks

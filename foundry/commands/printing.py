@@ -107,7 +107,7 @@ def bars() -> Console:
 
 
 def with_bar(items: Iterable[T], doing: str, total: int) -> Iterator[T]:
-    """Yield the items; on a terminal, a bar such as "verifying" counts them."""
+    """Yield the items, and show on a terminal a progress bar with the text `doing`, such as "verifying"."""
     from rich.progress import track
 
     screen = bars()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _TABLES = (
     "runs", "comparison", "contrasts", "variance", "retest", "equal_chances", "thresholds", "validation",
 )  # fmt: skip
-"""Tables of an analysis that the JSON output contains, each as a list of rows."""
+"""Names of the tables that the JSON output of an analysis contains. Each table is a list of rows."""
 
 
 def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:

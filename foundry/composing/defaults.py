@@ -1,8 +1,8 @@
 """The user's own defaults: settings for what a command line leaves open, such as the model, server or runner.
 
-foundry writes the user's defaults into a copy of the primary configuration (`conf/config.yaml`). So a named sweep, a
-world's file and the command line override the user's defaults. Only for runners and servers, foundry sets the
-user's defaults later, after Hydra has composed the configuration.
+foundry writes the user's defaults into a copy of the primary configuration (`conf/config.yaml`). A named sweep, a
+world's file and the command line therefore override the user's defaults. Only for runners and servers, foundry sets
+the user's defaults later, after Hydra has composed the configuration.
 """
 
 from collections.abc import Iterator, Mapping, Sequence, Set

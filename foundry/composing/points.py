@@ -75,7 +75,7 @@ def points_of(
 def show(
     flags: Sequence[str], argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
 ) -> None:
-    """Let Hydra answer its own flags, such as `--cfg job`."""
+    """Let Hydra process its own flags, such as `--cfg job`."""
     import hydra
 
     before = sys.argv, os.environ.get("HYDRA_FULL_ERROR")

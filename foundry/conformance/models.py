@@ -1,6 +1,6 @@
 """Checks of models: parameters() contains everything that affects an answer, and a policy is deterministic.
 
-These checks never ask a model that costs money or time; `foundry doctor` asks such models.
+The checks of models never ask a model that costs money or time; `foundry doctor` asks such models.
 """
 
 import asyncio
@@ -101,7 +101,7 @@ def tells_its_settings_apart(case: ModelCase) -> str | None:
 
 @dataclass(frozen=True)
 class _Change:
-    """A changed setting. A flag may need another setting to have an effect, so an ignored flag is only noted."""
+    """A changed setting. If a changed flag has no effect, this is only noted: the flag may need another setting."""
 
     name: str
     settings: Mapping[str, Any]

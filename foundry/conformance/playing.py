@@ -255,7 +255,7 @@ class WorldCase:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """A scenario that the checks share, so that only some checks build their own."""
+        """The scenario that all checks use, unless they need one that is not used yet."""
         return self.make()
 
     @property

@@ -44,7 +44,7 @@ class Drawn(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stratum(msgspec.Struct, frozen=True, kw_only=True):
-    """A group of texts, from which texts are drawn: one model wrote them, and the label's rule makes the same choice.
+    """A group of texts, from which texts are drawn: one model wrote them, and the label's rule says the same of each.
 
     Attributes:
         draw: index of the draw, from 0; runs that are added later belong to further draws.

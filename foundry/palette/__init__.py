@@ -29,7 +29,7 @@ COLOURS = (
 """Colours of models on a light background.
 
 Any two of these twelve colours differ by at least 9.9 in CIEDE2000, also for readers who confuse red and green or blue
-and yellow (Machado et al. 2009). The first eight differ by at least 5 in lightness (CIE L*), so a grey print
+and yellow (Machado et al. 2009). The first eight colours differ by at least 5 in lightness (CIE L*), so a grey print
 distinguishes them.
 """
 

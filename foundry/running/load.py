@@ -118,7 +118,7 @@ def _is_late(burst: Sequence[Timed]) -> bool:
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
-    """Return how many calls a server worked on at once: from the times that it reports, or else from the speed-up."""
+    """Return how many calls a server worked on at once: from the times that it reports, else from the gained time."""
     if not any("output" in timed.reply.timings for timed in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))
     # Overlaps are counted at the middle of a call, since a reply that arrives a little late seems to overlap the next.

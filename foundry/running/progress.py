@@ -184,7 +184,7 @@ class Pace:
         self._count = self._burst = 0
 
     def note(self, count: int, now: float) -> None:
-        """Note that the count is `count` at the time `now`, seconds."""
+        """Remember that the count is `count` at the time `now`, seconds."""
         self._now = now
         if count <= self._count:
             return
@@ -228,7 +228,7 @@ class Speed:
         self._all, self._sent = Pace(), Pace()
 
     def note(self, totals: Totals, now: float) -> None:
-        """Note the totals of a model at the time `now`, seconds."""
+        """Remember the totals of a model at the time `now`, seconds."""
         self._all.note(totals.calls, now)
         self._sent.note(totals.sent, now)
 

@@ -52,7 +52,9 @@ def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0
 
 @lru_cache(maxsize=256)
 def _mixed(seed: int, step: int, kind: str) -> tuple[int, int]:
-    """Return a `SeedSequence` before the agent's id is mixed in: the first word of its pool, and a multiplier.
+    """Return the state of a `SeedSequence` before the agent's id is mixed in.
+
+    The state is the first word of the sequence's pool, and the multiplier for the next hash.
 
     Each word of the pool is hashed once alone, once for every other word, and once for each word beyond the fourth.
     """

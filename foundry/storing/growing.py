@@ -43,7 +43,7 @@ class Growth:
         return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
 
     def notes(self, name: object) -> list[str]:
-        """Return lines for the user before the sweep runs; `name` is the name of its folder."""
+        """Return the lines that the user sees before the added runs begin; `name` is the name of the sweep's folder."""
         if not self.new:
             return []
         return [f"{name} has {len(self.there.runs)} runs; {len(self.new)} runs are added"]

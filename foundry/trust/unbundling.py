@@ -23,7 +23,7 @@ _BLOCK = tarfile.BLOCKSIZE
 
 
 class _Members:
-    """Reads the members of a tar archive in order. Each member in it must be a plain file, without extended headers."""
+    """Reads a tar archive member by member. Every archive member must be a plain file without extended headers."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream

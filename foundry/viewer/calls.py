@@ -90,7 +90,7 @@ class CallLog:
             self._next = next(self._calls, None)
 
     def _look_for_frames(self) -> None:
-        """Find the positions at which Zstandard frames begin. The last known frame is read again: it may have grown."""
+        """Find where Zstandard frames begin. The last known frame is read again, as it may have grown."""
         known = self._starts.pop() if self._starts else 0
         if self.path.exists() and self.path.stat().st_size:
             with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:

@@ -24,7 +24,7 @@ MEDIA_TYPES = {
     ".woff2": "font/woff2",
     ".wasm": "application/wasm",
 }
-"""Media types of files by their ending. The server sends no other files."""
+"""Media types of files by their ending. The server sends only files with these endings."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "

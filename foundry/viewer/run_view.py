@@ -38,7 +38,7 @@ class Resource:
 
 
 class RunView(ABC):
-    """One run, of which only the requested parts are read.
+    """One run, from whose files only the requested data are read.
 
     Args:
         decisions_per_chunk: number of steps in one chunk of decisions.

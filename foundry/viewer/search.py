@@ -76,9 +76,9 @@ class Query(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TextSearch:
-    """The texts of a sweep's ended runs. The first search makes an index of these texts.
+    """The texts of a sweep's ended runs. The first search makes an index of all texts.
 
-    The index is a file in the sweep's folder. You can delete it. Indexing continues after an interruption.
+    The index is a file in the sweep's folder. You can delete the index. After an interruption, indexing continues.
     """
 
     def __init__(self, sweep: SweepFolder) -> None:

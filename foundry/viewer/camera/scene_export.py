@@ -1,9 +1,9 @@
 """Converts a run's scene to GLB (binary glTF 2.0), for the 3D part of the viewer.
 
-The file shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours were computed
-with the light, so the page needs no lamp (`KHR_materials_unlit`). The file also contains a glTF camera at the height of
-the agent's eye above its feet. `extras.body_height` of the camera's node is the height of the agent's body, in metres.
-`extras.targets` of the root node are boxes around the objects that can be targets, in metres, Z up.
+The file shows the scene as the model saw it: with foundry's triangles, textures and colours. The colours contain the
+light already, so the page needs no light source (`KHR_materials_unlit`). The file also contains a glTF camera at the
+height of the agent's eye above its feet. `extras.body_height` of the camera's node is the height of the agent's body,
+in metres. `extras.targets` of the root node lists the boxes around objects that can be targets, in metres, Z up.
 
 foundry writes the format itself: it is just a header, a JSON text and one block of bytes. Existing libraries for GLB
 either leave the packing of the bytes to their caller, or cannot write materials that need no light.

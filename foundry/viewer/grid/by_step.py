@@ -39,9 +39,9 @@ class News:
 
     @property
     def reach(self) -> float | None:
-        """Share of agents that a message told of a fire. Agents that perceived a fire first do not count.
+        """Share of agents that learned of a fire from a message, among agents that did not perceive a fire before.
 
-        None if there are no such agents.
+        None if no such agent exists.
         """
         others = len(self._seen) - len(self._perceived - self._told)
         return len(self._told) / others if others else None
