@@ -29,6 +29,7 @@ from foundry.commands.options import (
 from foundry.commands.printing import for_screen, say
 from foundry.commands.showing import probe_in
 from foundry.errors import InputError
+from foundry.running.cores import multiply_in_one_thread
 from foundry.storing.preregistration import preregistration_of
 from foundry.storing.store import SweepFolder
 from foundry.texts import counted
@@ -80,7 +81,7 @@ def report(
 def _report(
     folders: Sequence[Path], out: Path | None, family: Sequence[str], trusted: Sequence[str], options: dict[str, Any]
 ) -> None:
-
+    multiply_in_one_thread()
     from analysis.report import write_report
 
     probe = probe_in(folders, options)

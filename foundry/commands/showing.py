@@ -11,6 +11,7 @@ import msgspec
 
 from foundry.commands.printing import bars, console, is_verbose, only_json, print_json, say
 from foundry.errors import InputError
+from foundry.running.cores import multiply_in_one_thread
 from foundry.storing.store import SweepFolder
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
         printed: number of lines that the command has already printed.
         options: options of `analysis.analyze`.
     """
+    multiply_in_one_thread()
     from analysis import analyze as analyze_folders
 
     probe = probe_in(folders, options)  # refuses other folders before a bar appears
@@ -45,6 +47,7 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
 
 def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
     """Analyse sweeps with options of `analysis.analyze`, and print all tables as one JSON object."""
+    multiply_in_one_thread()
     from analysis import analyze as analyze_folders
 
     with only_json(True):

@@ -1,4 +1,4 @@
-"""Saves CPU time of a process: limits its threads for drawing, and lets it collect garbage less often."""
+"""Saves CPU time of a process: limits its threads, and lets it collect garbage less often."""
 
 import contextlib
 import gc
@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 _THREADS = "LP_NUM_THREADS"
 """The environment variable that sets how many further threads of Mesa's software driver draw a picture."""
+_ALGEBRA_THREADS = "OPENBLAS_NUM_THREADS"
+"""The environment variable that sets how many threads numpy uses to multiply matrices."""
 _SELDOM = (20_000, 20, 20)
 """Thresholds for Python's garbage collector (`gc.set_threshold`) with which it seldom runs."""
 
@@ -23,6 +25,14 @@ def threads_of(cores: int, workers: int) -> int:
     """Return how many extra threads each worker may use to draw; 0 if a worker has only one core."""
     own = cores // workers
     return own if own > 1 else 0
+
+
+def multiply_in_one_thread() -> None:
+    """Let numpy multiply matrices in one thread, because further threads would mostly wait for work.
+
+    A process must call this before it imports numpy. The setting also holds for the processes that it starts.
+    """
+    os.environ.setdefault(_ALGEBRA_THREADS, "1")
 
 
 @contextlib.contextmanager

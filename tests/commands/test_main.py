@@ -19,6 +19,16 @@ atexit.register(lambda: print(([*sys.modules], gc.get_threshold()[0], gc.get_fre
 from foundry.__main__ import main
 main()
 """
+THREADS_WHEN_NUMPY_IS_LOADED = """
+import os, sys
+class Watch:
+    def find_spec(self, name, *_):
+        if name == "numpy":
+            print(os.environ.get("OPENBLAS_NUM_THREADS"))
+sys.meta_path.insert(0, Watch())
+from foundry.cli import run
+run(sys.argv[1:])
+"""
 HEAVY = {"analysis", "joblib", "json_repair", "matplotlib", "pandas", "pyarrow", "scipy"}
 
 
@@ -59,3 +69,21 @@ def test_a_plan_and_a_single_run_load_nothing_that_they_have_no_use_for(asked: s
     code = f"import sys; from foundry.cli import run; run({argv}); print({HEAVY | spared} & sys.modules.keys())"
     said = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
     assert said.splitlines()[-1] == "set()"
+
+
+@pytest.mark.parametrize(
+    ("command", "set_before", "threads"),
+    [
+        ("analyze", {}, "1"),
+        pytest.param("analyze", {"OPENBLAS_NUM_THREADS": "3"}, "3", marks=pytest.mark.slow),
+        pytest.param("report", {}, "1", marks=pytest.mark.slow),
+    ],
+)
+def test_an_analysis_multiplies_in_one_thread_unless_the_environment_says_otherwise(
+    command: str, set_before: dict[str, str], threads: str, tmp_path: Path
+):
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"} | set_before
+    argv = [sys.executable, "-c", THREADS_WHEN_NUMPY_IS_LOADED, command, str(tmp_path)]
+    done = subprocess.run(argv, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == f"{threads}\n"
+    assert "sweep" in done.stderr
