@@ -213,11 +213,12 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        costs: whether calls cost time or money. If so, foundry caches answers, and limits and repeats calls, by the
-            settings in the attribute `server` (`serving.Serving`), or by `serving.DEFAULT` without it.
+        costs: whether calls cost time or money. If calls cost something, foundry caches answers, and limits and repeats
+            calls. The settings for this are the attribute `server` (`serving.Serving`), or `serving.DEFAULT` if the
+            model has no such attribute.
         in_process: whether the model runs in the asking process, so that each worker has a copy.
-        replaceable: whether the weights may be replaced during a sweep. If so, foundry compares the digest that
-            `inspect` gives again and again.
+        replaceable: whether the weights may be replaced during a sweep. If they may be, foundry calls `inspect` again
+            and again, and compares the digest.
     """
 
     costs: bool = False
@@ -413,8 +414,8 @@ Policy: TypeAlias = Callable[[Observation, Generator], str]
 class ScriptedModel(Model):
     """A policy in Python. A subclass has one method per kind of question, such as `action`, with the name of the kind.
 
-    The method gets the observation, which it must not change, and a random generator for this call. It returns the
-    reply as text.
+    The method gets the observation, which it must not change, and a random generator for this call. The method returns
+    the text of the reply.
     """
 
     def __init__(self, name: str, **settings: Any) -> None:

@@ -42,7 +42,7 @@ class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     Attributes:
         attempts: tries of a call, including the first.
         unusable_attempts: tries of a call whose replies are unusable.
-        wait_initial_s: longest wait after the first failure, seconds. It doubles with every further failure.
+        wait_initial_s: longest wait after the first failure, seconds. This wait doubles with every further failure.
         wait_max_s: longest wait after any failure, seconds, unless the server requests a longer one.
     """
 
@@ -79,7 +79,7 @@ class HttpServing(Serving, frozen=True, kw_only=True):
     Attributes:
         connect_timeout_s: longest time for opening a connection, seconds.
         read_timeout_s: longest time for a whole reply, with the wait in the server's queue, seconds.
-        longest_pause_s: longest pause that a server may request, seconds. A longer one ends the sweep.
+        longest_pause_s: longest pause that a server may request, seconds. A longer pause ends the sweep.
         canary: whether canary calls are made.
         price: price of tokens, from which a plan computes the cost of a sweep; None if no cost is wanted.
     """

@@ -53,7 +53,8 @@ class Question:
         observation: data that the agent perceives.
         images: PNG or JPEG bytes that the agent sees, in order.
         secret: data for scripted policies only; templates cannot read it.
-        options: a reply for each legal decision; `scripted/random` draws from them. Empty if the scenario lists none.
+        options: a reply for each legal decision; `scripted/random` draws from them. Without such replies, the list is
+            empty.
         idle: the reply that does nothing, which `scripted/stay` gives; None if there is none.
         again: number of earlier questions of this kind to the agent in this step.
     """
@@ -129,7 +130,7 @@ class Ahead(ABC):
 
     @abstractmethod
     def ready(self) -> Sequence[Question]:
-        """Return the new questions that can be asked now. If no answer is awaited, there must be at least one."""
+        """Return the new questions that can be asked now; at least one question if no answer is awaited."""
 
     @abstractmethod
     def take(self, asked: Asked, answer: Answer) -> None:
@@ -214,8 +215,8 @@ class Scenario(ABC):
         name: the world's name in tables and records.
         form: name of the form of its records, by which foundry finds the code that turns them into arrays and pages.
         records: classes of the records that its episodes write; records of other classes are rejected.
-        public_name: path from which the class will always be importable; run ids depend on it. None for the path of its
-            definition.
+        public_name: path from which the class will always be importable; run ids depend on it. None means the path of
+            the class's definition.
         shows_images: whether its questions contain images, which not every model can see.
         grows: whether agents may join after the start; `personas` then includes agents that may join.
     """

@@ -79,7 +79,7 @@ class Answers(ABC):
         Args:
             replies: replies by key.
             model: name of the model.
-            marks: mark of each unconfirmed reply, by key. It replaces an older mark.
+            marks: mark of each unconfirmed reply, by key. A new mark replaces an older mark of the same reply.
         """
 
     @abstractmethod

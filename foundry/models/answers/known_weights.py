@@ -31,7 +31,7 @@ class _Row(msgspec.Struct):
 class KnownWeights:
     """The canaries of all sets of weights found behind one name, in the order in which they were found.
 
-    Each canary is stored as an answer. Its key is made of the prompts of the canary and its number.
+    Each canary is stored as an answer. The key of this answer is made of the canary's prompts and number.
     """
 
     def __init__(self, answers: Answers, model: Model, digest: str) -> None:

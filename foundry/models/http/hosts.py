@@ -57,7 +57,7 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
 def parse_urls(hosts: str | Iterable[str], parse: Callable[[str], str]) -> tuple[str, ...]:
     """Return the base URLs of hosts, given as a list or as one text with commas; each once, in order.
 
-    Quotes around them are ignored, as Ollama does, since some shells leave quotes in environment variables.
+    Quotes around a host are ignored, as in Ollama, since some shells leave quotes in environment variables.
     """
     names = hosts.split(",") if isinstance(hosts, str) else hosts
     stripped = (name.strip().strip("\"'") for name in names)
@@ -92,12 +92,13 @@ class HostPool:
 
     The capacity of a server is the square root of its number of recent answers. Without the root, a server with more
     calls would answer more and get ever more calls. With the root, equal servers get equal numbers, and a faster
-    server, or one with more slots, gets more. A failing server answers fast and would attract every call. So each of
-    its failures in a row counts as one more call in flight until it answers again. Failures are also forgotten while
-    other servers answer, so a server that was down is tried again, even with few calls in flight.
+    server, or one with more slots, gets more. A failing server answers fast and would attract every call. So each
+    failure of a server counts as one more call in flight, until this server answers again. Failures are also forgotten
+    while other servers answer, so a server that was down is tried again, even with few calls in flight.
 
     The prompts of a run begin alike, so its calls go to one host, which then has the beginning in its prompt cache. If
-    calls wait, those for a host with room come first. A host may get a few calls more than its part from its own runs.
+    calls wait, those for a host with room come first. A host may get a few calls more than its part, since the runs
+    whose home it is prefer it.
     """
 
     def __init__(self, hosts: tuple[str, ...]) -> None:
@@ -151,7 +152,7 @@ class HostPool:
         return home
 
     def _load(self, host: str) -> tuple[float, float]:
-        """Return a host's load, to sort by: calls in flight relative to capacity, then number of recent answers."""
+        """Return a host's load: calls in flight relative to capacity, and (for equal loads) recent answers."""
         answered = self._answered[host]
         return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 

@@ -60,7 +60,7 @@ class Response:
 class Transport:
     """Sends calls to one or more servers, one connection per call.
 
-    It reads no settings from the environment: a proxy for the internet must not see prompts, and would break calls to
+    No settings are read from the environment: a proxy for the internet must not see prompts, and would break calls to
     this machine.
     """
 

@@ -39,7 +39,8 @@ class Batches:
 
     While the model answers one batch, the next batch is collected.
 
-    `work` gets the requests of a batch and returns a reply or an exception for each. It always runs in the same thread.
+    `work` gets the requests of a batch and returns a reply or an exception for each. The function `work` always runs in
+    the same thread.
     """
 
     def __init__(self, work: Callable[[Sequence[Request]], Sequence[Reply | Exception]], size: int) -> None:

@@ -153,9 +153,10 @@ class Measured:
 class Climb:
     """Finds the best limit by trial: it measures throughput at two limits, keeps the better one, and tries again.
 
-    It gets the sums so far whenever they change, and sets `limit`, the allowed calls in flight. At first the limit
-    grows fourfold as long as that pays. Then steps become smaller, and later go up and down alternately, with rests
-    between them. After refusals, timeouts, or a server's report of its queue, the limit falls without a comparison.
+    The object gets the sums of the calls whenever they change, and sets `limit`, the allowed calls in flight. At first
+    the limit grows fourfold as long as the throughput grows enough. Then the changes become smaller; later the limit
+    goes up and down in turn, with pauses in between. After refusals, timeouts, or a server's report of its queue, the
+    limit falls without a comparison.
     """
 
     def __init__(self, *, least: int, most: int, initial: int, known: bool = False, only_up: bool = False) -> None:

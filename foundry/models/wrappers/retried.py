@@ -30,8 +30,8 @@ LONGEST_ASKED_S = 86_400.0
 class RetriedModel(Wrapper):
     """Repeats a call after a `TransientError`; each wait before a repeat is random and about twice as long as the last.
 
-    The random part of a wait keeps callers that failed together from returning together. No seed draws it, because it
-    affects only the time of a call, never its answer.
+    The random part of a wait keeps callers that failed together from returning together. This part does not depend on a
+    seed, because it affects only the time of a call, never the answer.
     """
 
     def __init__(

@@ -12,7 +12,7 @@ from foundry.errors import InputError
 def plan_of(env: Any, steps: int) -> NDArray[np.int64] | None:
     """Return the best action at each turn in each state, (turns, states); None if the environment has no table `P`.
 
-    It uses backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
+    The method is backward induction (Bellman 1957) over the remaining turns; the first of equally good actions wins.
 
     Args:
         env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).

@@ -64,7 +64,8 @@ class Adapted(RoundsScenario):
     """An environment of another library; subclasses define how to make it.
 
     Description:
-        The rules are the environment's. It is reset with the run's seed, on which all its random numbers depend.
+        The rules are those that the environment has. The environment is reset with the run's seed, on which all its
+        random numbers depend.
 
     Observation:
         `state`, the environment's own observation as plain values; `choices`, the names of the legal actions;
@@ -72,8 +73,8 @@ class Adapted(RoundsScenario):
         with `state`, `action` and `reward`. With `image` also the environment's own picture.
 
     Questions:
-        `turn`, to all agents that act at the same time. If agents act in turn, it goes to one after another, once per
-        round.
+        `turn`, to all agents that act at the same time. If agents act in turn, each agent gets this question once per
+        round, one after another.
 
     Actions:
         The environment's actions, by the names in the setting `actions`. An unreadable reply plays the idle action, or

@@ -65,8 +65,8 @@ def places(scenario: Scenario) -> tuple[str, ...]:
 def permute_options(question: Question, part: str | None = None) -> Question:
     """List the options in a different order; no option is renamed.
 
-    The list is rotated: the options before a drawn option move to the end. If a part is given, it is the position of
-    this option: `permute_options.2` lists the second option first. Without such a position, nothing changes.
+    The list is rotated: the options before a drawn option move to the end. A part gives the position of this option:
+    `permute_options.2` lists the second option first. If a list has no option at this position, nothing changes.
     """
     turned = {}
     for key in (key for key in _LISTS if key in question.observation):

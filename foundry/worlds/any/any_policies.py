@@ -91,7 +91,8 @@ class Stay(ScriptedModel):
 class First(ScriptedModel):
     """Always gives the first legal reply, or the idle reply if the question lists none.
 
-    It plays every world that scripted/random plays, and also ignores its observation, but draws nothing.
+    Like scripted/random, this policy plays every world whose questions list replies, and ignores the observation; but
+    it draws nothing.
     """
 
     @property

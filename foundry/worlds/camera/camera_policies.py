@@ -88,8 +88,8 @@ class Mumbler(ScriptedModel):
 class Oracle(ScriptedModel):
     """Takes the shortest path to its target, looks at it, then stays; in 2D worlds, goes to the nearest place.
 
-    In 3D worlds it reads `way`, `near`, `reached`, `target_yaw` and `target_pitch` of `Question.secret`. In 2D worlds
-    it warns its neighbours of all fires that it knows at every step.
+    In 3D worlds the policy reads `way`, `near`, `reached`, `target_yaw` and `target_pitch` of `Question.secret`. In 2D
+    worlds it warns the neighbours of all known fires at every step.
     """
 
     def check(self, question: Question) -> None:

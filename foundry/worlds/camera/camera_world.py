@@ -149,9 +149,9 @@ class CameraScenario(Scenario):
     """A vision-language agent in a 3D scene.
 
     Description:
-        One agent stands in a scene of triangles as an upright capsule. It sees a first-person image and states its
-        movement in plain language; an interpreter reads the movement. The body stops at an obstacle or slides along it,
-        climbs small steps and stays on the floor.
+        One agent stands in a scene of triangles as an upright capsule. The agent sees a first-person image and states
+        its movement in plain language; an interpreter reads the movement. The body stops at an obstacle or slides along
+        it, climbs small steps and stays on the floor.
 
     Observation:
         The keys at the head of `foundry.worlds.camera.camera_world`. The image goes with the question.

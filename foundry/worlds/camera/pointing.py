@@ -25,7 +25,7 @@ class Pointed:
 
     Attributes:
         boxes: (n, 2, 2) upper left and lower right corner of each separate part of the target within the picture. If
-            some parts have a visible point, only those are listed.
+            some parts have a visible point, only these parts are listed.
         spot: (2,) a visible point of the target, or None.
         centred: whether the target's middle is within the picture, visible or not.
         turn: angle from the heading to the target's middle, degrees, left positive, -180..180.

@@ -204,8 +204,8 @@ _ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
 def along(start: Pose, points: FloatArray, facing: float, number: int) -> list[Pose]:
     """Return the poses of `number` pictures of a path through (k, 3) points, metres.
 
-    The first pose is the start with its own heading. The others are evenly spaced and look along the path, but the last
-    one, at the end, has the heading `facing`.
+    The first pose is the start with its own heading. The later poses are evenly spaced and look along the path; only
+    the last one, at the end, has the heading `facing`.
     """
     lengths = np.hypot(*np.diff(points[:, :2], axis=0).T)
     ends = np.concatenate([[0.0], np.cumsum(lengths)])

@@ -138,8 +138,8 @@ class Perception:
             step: 1-based step.
             agent: id of the agent.
             cells: cell of each agent, (n, 2).
-            areas: area of each agent, (n,). If an agent's cell is unknown, its area has a number that no area has; it
-                must be out of reach and in another place.
+            areas: area of each agent, (n,). An agent whose cell is unknown gets a number that no area has; such an
+                agent must be out of reach and in another place.
         """
         area = int(areas[agent])
         there = np.flatnonzero(areas == area)

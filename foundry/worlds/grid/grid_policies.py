@@ -153,7 +153,7 @@ class _Fire:
 class Avoid(ScriptedModel):
     """Stays out of the radius of every fire that it knows, and repeats warnings to its neighbours.
 
-    It also stores the warnings in its memory, because it forgets messages earlier than memories.
+    The agent also stores warnings in its memory, because it forgets messages earlier than memories.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -199,7 +199,8 @@ def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:
 class ShortestPath(ScriptedModel):
     """Takes a shortest route to its exit in the fastest evacuation of all agents, and says nothing.
 
-    It reads `ways_out` of `Question.secret`, which models never see. Without a route it stays.
+    The policy reads `ways_out` of `Question.secret`, which models never see. An agent without a route stays in its
+    cell.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
@@ -251,7 +252,7 @@ class Forager(ScriptedModel):
     """Reproduces if it can; if not, gathers the food in its cell; without food there, goes to the nearest visible food.
 
     Of equally near cells with food it prefers the one with the most food, then the one to the right, above, to the
-    left, below. Without visible food it walks at random. It says nothing.
+    left, below. An agent that sees no food walks at random. It says nothing.
     """
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:

@@ -34,7 +34,7 @@ class GridScenario(Scenario):
         unless the layout lists their cells. Several agents may share a cell, and none blocks another. Only the edge
         limits a move; fires and capacities appear only in the observation. The settings or the seed determine the
         positions of places and fires. A YAML can add further parts (`foundry.worlds.grid.parts`): walls, exits, crowded
-        cells, sight, spreading fires, energy and food. With these, agents come and go.
+        cells, sight, spreading fires, energy and food. With such parts, agents may leave, die or be born.
 
     Observation:
         See `foundry.worlds.grid.grid_observation`, and for further parts also `foundry.worlds.grid.parts.senses`.
@@ -108,7 +108,7 @@ class GridScenario(Scenario):
     def strata(self, question: Question) -> dict[str, bool]:
         """Return whether the agent perceives a fire, has received a message, and is at a wall or the edge.
 
-        Probes draw as many moments with each of these as without it.
+        For each of these properties, probes draw as many moments with it as without it.
         """
         seen, edge = question.observation, self.settings.half_size
         at_edge = edge in (abs(seen["x"]), abs(seen["y"]))
@@ -226,7 +226,7 @@ class GridWorld(World):
     def ahead(self) -> Ahead | None:
         """Return an object that asks some agents before others have completed the same step.
 
-        It is None in the middle of a step, and if settings or code may break the rule of `dependence`.
+        Return None in the middle of a step, and if settings or code may break the rule of the module `dependence`.
         """
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None

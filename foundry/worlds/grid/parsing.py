@@ -158,7 +158,7 @@ def _candidates(
 ) -> Iterator[dict[str, Any]]:
     """Yield a text's JSON objects that may hold a decision, and the values in the lines before the first object.
 
-    These lines count only if they name an action. If there is no object, yield the values in all lines.
+    Lines before an object count only if they name an action. If there is no object, yield the values in all lines.
     """
     objects = find_objects(content, _mending(interpret))
     for fields in objects:

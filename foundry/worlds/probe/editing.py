@@ -38,7 +38,7 @@ SHIPPED = "foundry"
 """Origin of the edits that foundry ships."""
 LEAVES = ("invariance", "equivariance", "cause")
 EACH = "each"
-"""`swap_persona.each` stands for one edit per part of `swap_persona`, which are the attributes of a persona."""
+"""Part name that stands for every part: `swap_persona.each` is one edit per attribute of a persona."""
 
 
 @dataclass(frozen=True)

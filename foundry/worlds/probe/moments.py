@@ -155,7 +155,7 @@ def questions_of(inputs: Kept) -> Mapping[Moment, Question]:
 def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:
     """Return the questions in the given moments of one run, in their order.
 
-    To get them, replay the world with the recorded answers.
+    The questions come from a replay of the world with the recorded answers.
     """
     wanted = {(moment.step, moment.agent, moment.kind, moment.again): place for place, moment in enumerate(moments)}
     questions: dict[int, Question] = {}

@@ -55,7 +55,7 @@ class ProbeScenario(Scenario):
 
     Questions:
         Each moment that the edit changes, `repeats` times, many at once. With `sampling`, each moment is first asked
-        once. It is asked again only if the probabilities of the first reply cannot replace the repeats.
+        once. A moment is asked again only if the probabilities of its first reply cannot replace the repeats.
 
     Actions:
         The actions of the world, read by the world.

@@ -34,7 +34,7 @@ class Bar(RoundsScenario):
     """A bar that is fun unless too many agents go.
 
     Description:
-        Every evening all agents decide at once whether to go to the same bar. It is crowded if more than the share
+        Every evening all agents decide at once whether to go to the same bar. The bar is crowded if more than the share
         `capacity` of all agents goes. An agent that goes gets the utility `crowded` if the bar is crowded, else `fun`.
         An agent that stays gets `home`.
 

@@ -89,9 +89,9 @@ class Fishery(RoundsScenario):
 
     Source:
         G. Piatti et al., arXiv 2404.16698 (GovSim, simulation/scenarios/common/environment/concurrent_env.py). Sharing,
-        growth, collapse and efficiency are as in GovSim. Its agents remember and plan with further calls; here the
-        prompt shows all months and the latest talk. Agents here talk in a random order, and talk changes no catch.
-        GovSim reports that 43 of 45 pairs of model and scenario collapse.
+        growth, collapse and efficiency are as in GovSim. The agents of GovSim remember and plan with further calls;
+        here the prompt shows all months and the latest talk. Agents here talk in a random order, and talk changes no
+        catch. GovSim reports that 43 of 45 pairs of model and scenario collapse.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (CATCH, TALK)

@@ -62,7 +62,7 @@ def equilibrium(agents: int, places: int, fun: float, crowded: float, home: floa
 
     For an agent that goes, the bar is fun if at most `places` - 1 of the others go. The number of others that go has a
     binomial distribution. The more likely the others go, the lower is the expected utility of going, so there is only
-    one such probability. It is 1 if going is always better than staying, and 0 if it never is.
+    one such probability. The probability is 1 if going is always better than staying, and 0 if going is never better.
 
     Args:
         agents: number of agents.
@@ -175,8 +175,8 @@ class FreeRider(ScriptedModel):
 class Conditional(ScriptedModel):
     """Gives a fixed share of the others' mean contribution in the round before; in the first round, a random amount.
 
-    It rounds fractions of a token up or down at random, so that the mean is right. With `punishes`, it punishes the
-    agent that gave least, if that agent gave less than it did itself.
+    Fractions of a token are rounded up or down at random, so that the mean is right. With `punishes`, the policy
+    punishes the agent that gave least, if that agent gave less than the policy itself.
 
     Source: Fischbacher, Gächter and Fehr 2001, who found that people give in this way.
     """

@@ -86,7 +86,7 @@ class Table:
         secret: Observation | None = None,
         **observed: Any,
     ) -> Question:
-        """Return a question. The rules must then yield this question in a list.
+        """Return a question; to ask it, the rules must yield it in a list of questions.
 
         The agent also observes `agent`, `agents` (their number), `step`, `persona`, and the messages that it
         `received`.

@@ -18,9 +18,9 @@ RISE_M = 1e-3
 class Body:
     """A vertical capsule that stands on its foot and climbs over low obstacles.
 
-    Collisions use the cylinder around the capsule, from the step height up. It is exact beside walls and edges;
-    elsewhere it stops the body no later than the capsule would. The steepest slope that the body climbs rises by the
-    step height over the length of its radius.
+    Collisions use the cylinder around the capsule, from the step height up. This cylinder is exact beside walls and
+    edges; elsewhere it stops the body no later than the capsule would. The steepest slope that the body climbs rises by
+    the step height over the length of its radius.
 
     Attributes:
         radius_m: metres.
@@ -106,7 +106,7 @@ class Ground:
     def clearance(self, foot: FloatArray, near: IntArray, body: Body) -> tuple[float, int]:
         """Return the horizontal distance from the body's axis to the nearest obstacle, metres, and its triangle.
 
-        Only obstacles within reach count. Without one, the distance is inf and the triangle -1.
+        Only obstacles within reach count. Without such an obstacle, the distance is inf and the triangle -1.
         """
         low, high = body.span(float(foot[2]))
         able = self.obstacles(foot[None, :2], float(foot[2]), near, body)

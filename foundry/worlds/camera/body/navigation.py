@@ -219,7 +219,9 @@ CELL_M = 0.1
 """Edge of a cell, metres."""
 
 CACHE_VERSION = 1
-"""Version of the cells in the cache. Increase it when the code finds other cells for the same scene and settings."""
+"""Version of the cells in the cache. Increase this number when the code finds other cells for the same scene and
+settings.
+"""
 
 
 @dataclass(frozen=True, eq=False)

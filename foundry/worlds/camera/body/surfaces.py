@@ -259,7 +259,7 @@ def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: f
     """Return the place where a disc on a straight path is stopped, or None.
 
     A disc that overlaps an obstacle at the start is shrunk until it does not, so it can move, but not closer. A segment
-    through its centre does not stop it.
+    through the centre of the disc does not stop the disc.
 
     Args:
         outlines: the obstacles.

@@ -198,7 +198,8 @@ class Route:
 def direct(collider: Collider, points: FloatArray, body: Body, spacing_m: float) -> Route:
     """Return the route through (k, 3) points after cutting its unnecessary detours short.
 
-    Its corners move along the path from round to round, as if it were pulled tight; it never becomes longer.
+    In each round, the corners of the route move as if a rope along the route were pulled tight, so the route never
+    becomes longer.
 
     Args:
         collider: checks straight moves.

@@ -72,7 +72,7 @@ def wish() -> Wish:
 def places_to_try(asked: Wish, devices: Sequence[bool]) -> list[int | None]:
     """Return the indices of the devices to try, the best first, given whether each is a GPU; None lets VTK choose.
 
-    Software comes last. It is named by its index if VTK would prefer a GPU.
+    Software rendering comes last. If VTK alone would prefer a GPU, the software device is given by its index.
 
     Raises:
         InputError: the choice is a GPU, but there is none.

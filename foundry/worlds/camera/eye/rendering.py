@@ -242,7 +242,8 @@ _LIGHTS = np.array([[0.32, 0.18, 0.25], [0.02, 0.10, 0.40]])
 def brightness(normals: FloatArray) -> FloatArray:
     """Return the (n,) brightness of surfaces with these (n, 3) unit normals; at most 1.
 
-    It is computed once for each point of a scene. With VTK's lights, a picture would take half as long again.
+    The brightness is computed once for each point of a scene. With VTK's lights, a picture would take half as long
+    again.
     """
     lit = np.clip(normals, 0, None) @ _LIGHTS[0] + np.clip(-normals, 0, None) @ _LIGHTS[1]
     return np.asarray(np.minimum(_AMBIENT + lit, 1.0))

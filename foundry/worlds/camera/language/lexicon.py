@@ -127,8 +127,9 @@ class Word(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         number: value of a number, factor of a unit, or degrees that a verb implies; else 0.
         scale: whether a number multiplies the one before it, as "hundred" does, or other agents are several.
         dimension: quantity of a unit.
-        reach: where the words are that a word applies to. `after` is the default. `before` is the verb before a
-            negation or possibility, or the sentence so far for the past. `both` is after commas too, for other agents.
+        reach: where the words are that a word applies to. `after` is the default. With `before`, a negation or
+            possibility applies to the verb before it, and a word for the past to the sentence so far. With `both`, a
+            word for another agent also applies to words after commas.
         negated: whether the form of a verb includes "not".
         decides: whether a negation is a decision not to move ("will not", unlike "cannot").
     """

@@ -187,7 +187,7 @@ class Telling:
         return seen.bars
 
     def _enter(self, index: int) -> None:
-        """Enter a segment; keep the reason why the one before asks for no motion only if it applies to both."""
+        """Begin a segment; forget why the last one asks for no motion, unless the same reason applies here."""
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return

@@ -68,7 +68,7 @@ def open_layers(path: Path, root: Path) -> list[Any]:
     reports them.
 
     Raises:
-        InputError: a layer is outside the folder, or has a format that may name further files. It was not read.
+        InputError: a layer is outside the folder, or has a format that may name further files. This layer was not read.
     """
     first = Sdf.Layer.FindOrOpen(str(path))
     opened = {} if first is None else {first.identifier: first}
