@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,6 +54,8 @@ def doctor(
 
     foundry doctor --pull llama3.2
     """
+    import asyncio
+
     from foundry.display import frame_table, models_table
     from foundry.doctor import Status, examine
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
-from foundry.commands.application import app
+from foundry.cli import app
 
 TOLD_AT_THE_END = """
 import atexit, gc, sys
@@ -55,7 +55,7 @@ def test_help_lists_all_commands_by_group_and_seeks_garbage_seldom_and_loads_not
     listed = [re.findall(r"^  (\w+)  ", group, re.MULTILINE) for group in (run, look, trust, extend)]
     assert all(listed) and sorted(sum(listed, [])) == sorted(get_command(app).commands)  # type: ignore[attr-defined]
     modules, threshold, frozen = ast.literal_eval(done.stderr)
-    assert (HEAVY | {"numpy", "hydra", "aiohttp", "httpx"}) & set(modules) == set()
+    assert (HEAVY | {"numpy", "hydra", "aiohttp", "httpx", "asyncio"}) & set(modules) == set()
     assert threshold > 700
     assert frozen > 10_000, "it takes nothing apart at its end"
 
