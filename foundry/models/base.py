@@ -315,7 +315,7 @@ class Model(ABC):
 
     @property
     def connections(self) -> int:
-        """Number of connections opened to the server so far; it grows when the server was restarted."""
+        """Number of connections opened to the server so far; a restarted server needs a new connection."""
         return 0
 
     def weights_of(self, reply: Reply) -> Mapping[str, str]:

@@ -121,7 +121,7 @@ class Answer(msgspec.Struct, frozen=True):
 
 
 class Ahead(ABC):
-    """Returns questions of an episode before its world reaches them.
+    """Finds the questions of later steps of an episode whose content is already known, so that they can be asked early.
 
     A world waits in each round for the slowest answer. But if no missing answer can affect an agent, the agent's next
     questions are already known. This class returns these questions once each, equal to the world's later questions. The
@@ -155,7 +155,7 @@ class World(ABC):
         """Number of completed steps; 0 before the first."""
 
     def opening(self) -> Sequence[Record]:
-        """Return the records before the first question: facts about the whole episode, if any."""
+        """Return the records written before the first question: facts about the whole episode, if there are any."""
         return ()
 
     @abstractmethod

@@ -47,5 +47,5 @@ _BESIDE = {"step", "agent", "kind", "outcome", "message"}
 
 
 def compared_of(form: str) -> Compared:
-    """Return the keys by which decisions in records of a form are compared."""
+    """Return the keys by which foundry compares two decisions, for records of a form."""
     return in_room(f"foundry.worlds.{form}", "COMPARED") or Compared()

@@ -16,7 +16,7 @@ LONGEST = 6_000
 """Maximum number of characters of an object that is mended."""
 
 MOST_QUOTES = 200
-"""Maximum number of quotation marks; at each mark, the library may search the rest of the text."""
+"""Maximum number of quotation marks, since the library may search the whole remaining text at each mark."""
 
 MOST_BRACKETS = 16
 """Maximum number of opening brackets; each bracket is a recursive call of the library, and Python limits these."""

@@ -57,7 +57,7 @@ _LENIENT = json.JSONDecoder(object_pairs_hook=merged, parse_constant=_refuse, st
 
 
 def whole_object(text: str) -> dict[str, Any] | None:
-    """Return the JSON object if the text consists only of one, apart from blanks; else None."""
+    """Return the JSON object of a text that contains nothing else but blanks; None for any other text."""
     text = text.strip()
     if not text.startswith("{"):
         return None

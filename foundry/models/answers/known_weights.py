@@ -9,7 +9,7 @@ from foundry.models.answers.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, RequestKeys
 
 MOST = 1000
-"""Maximum number of sets of weights behind one name."""
+"""Maximum number of sets of weights that foundry distinguishes under one model name."""
 _MESSAGES = tuple(ChatMessage("user", prompt) for prompt in PROMPTS)
 Signs = tuple[Sign, ...]
 

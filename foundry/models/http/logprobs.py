@@ -20,7 +20,7 @@ def checked_logprobs(likeliest: int | None) -> int | None:
 
 
 def logprobs_asked(likeliest: int | None) -> dict[str, Any]:
-    """Return the fields of a call that request this number of likeliest tokens per token; {} for None."""
+    """Return the fields of a call that ask, for each token, for this number of likeliest tokens; {} for None."""
     return {} if likeliest is None else {"logprobs": True, "top_logprobs": likeliest}
 
 

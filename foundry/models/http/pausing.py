@@ -42,7 +42,7 @@ class Pause:
         self._until = 0.0
 
     def note(self, wait_s: float | None, origin: Origin) -> None:
-        """Record the wait that the server requests; a shorter wait never ends a longer one."""
+        """Record the wait that the server requests; if an earlier request asked for a later end, that end stays."""
         if not wait_s:
             return
         now = self._clock()

@@ -110,7 +110,7 @@ class Desk:
             waiting.loop.call_soon_threadsafe(_settle, waiting.reply, reply)
 
     def leave(self) -> None:
-        """End the sitting: questions without an answer stay open, and no more are asked."""
+        """Stop asking people: questions without an answer stay open, and no further question is shown."""
         with self._changed:
             self._over = True
             for waiting in list(self._waiting.values()):

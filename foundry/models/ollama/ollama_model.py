@@ -114,7 +114,7 @@ class OllamaModel(HttpModel):
             return reply
 
     def canary_models(self, likeliest: int | None) -> Mapping[str, Model]:
-        """Return, by base URL of each server, a copy of the model for canary calls, with the same load options."""
+        """Return a copy of the model for canary calls to each server, by base URL; its load options are the same."""
         loading = {key: value for key, value in self.settings.options.items() if key in LOAD_OPTIONS}
         greedy = {**loading, "temperature": 0, "repeat_penalty": 1.0, "num_predict": TOKENS}
         return self._on_each_host(replace(self.settings, options=greedy, schemas=None, logprobs=likeliest))

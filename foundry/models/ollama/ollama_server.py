@@ -20,7 +20,7 @@ HOPELESS: Mapping[int, str] = {
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
     404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
 }
-"""HTTP statuses of errors that a repeated call would meet again, each with advice to the user."""
+"""HTTP statuses of errors that a repeated call would get again; each has advice to the user."""
 BAD_SETTINGS = ('option "', "invalid format")
 """First words of errors with status 500 that wrong settings cause, and not a failure of the server."""
 CLOUD_DISABLED = "cloud is disabled"
@@ -41,7 +41,7 @@ def parse_host(host: str) -> str:
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
-    """Return the error that a response with this status and body means."""
+    """Return the error for a response, by its status and body."""
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if CLOUD_DISABLED in text:
@@ -84,7 +84,7 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
 
 
 def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
-    """Return the facts about a model from one server's list of models and its details.
+    """Return the facts about a model, from its entry in a server's list of models and the server's details about it.
 
     If a model was removed and installed again, it has its old digest, but a new time of change.
     """

@@ -71,7 +71,7 @@ def chat_body(settings: ChatSettings, request: Request, keep_alive: str | float)
 
 
 def load_body(settings: ChatSettings, keep_alive: str | float) -> dict[str, Any]:
-    """Return the body that loads the model, with the options of later calls, so that these do not load it again."""
+    """Return the body that loads the model with the options of later calls, so that no call loads it again."""
     fields = shared_fields(settings)
     return {**fields, "messages": [], "keep_alive": keep_alive, "options": dict(settings.options)}
 

@@ -1,4 +1,4 @@
-"""Reads the key for servers with OpenAI's API, and their list of models."""
+"""Reads the API key for servers with OpenAI's API, and the servers' lists of models."""
 
 import hashlib
 import json
@@ -13,8 +13,8 @@ from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
-"""Names of environment variables from which a key may be read. A stranger may have written the settings of a sweep, and
-these must not name a variable that holds another secret.
+"""Pattern of the environment variables from which an API key may be read. A stranger may have written the settings of a
+sweep, and these must not name a variable that holds another secret.
 """
 SHORTEST = 8
 """Minimum length of a real API key. A shorter key is a placeholder such as `EMPTY`, which is not removed from
@@ -68,7 +68,7 @@ class Secret:
         return re.sub("".join(signs).encode(), REDACTED, content)
 
     def removed_from_reply(self, content: bytes) -> bytes:
-        """Return the body of a reply without the key, unless the key is a placeholder."""
+        """Return the body of a reply without the API key; a short key stays, since it may be a word of the reply."""
         return self.removed(content) if len(self.key) >= SHORTEST_IN_REPLIES else content
 
 

@@ -217,7 +217,7 @@ def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """Return the text of a content, which is a string or a list of parts; parts other than text are left out."""
+    """Return the text of a message's content: a string, or a list whose parts of other kinds than text are left out."""
     if isinstance(value, list):
         parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
         value = "".join(part for part in parts if isinstance(part, str))

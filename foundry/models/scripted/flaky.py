@@ -55,7 +55,7 @@ class Empty(Fault):
 
 
 class Truncated(Fault):
-    """The length limit cuts the reply in its first value."""
+    """A reply that the length limit cuts off in the first value of its JSON object."""
 
     outcome = Outcome.TRUNCATED
 
@@ -96,7 +96,7 @@ class SingleQuotes(Fault):
 
 
 class Synonyms(Fault):
-    """Synonyms for actions and directions, and keys in capitals."""
+    """JSON with synonyms for actions and directions, and with keys in capital letters."""
 
     outcome = Outcome.REPAIRED
 

@@ -284,7 +284,7 @@ class Climb:
             self._try_another(measured, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the earlier limit, or near it, and try the other direction; rest if neither direction helps."""
+        """Go back to about the earlier limit, and try to change it the other way; rest if neither way helps."""
         if self._told and self._base is not None and self._base.queued is not None:
             self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # the wait was not a queue
         if self._climbing and turns and self._step >= LARGEST_STEP:
@@ -312,7 +312,7 @@ class Climb:
 
     @property
     def _floor(self) -> int:
-        """The smallest limit to try; it keeps the server busy while calls are on their way."""
+        """The smallest limit to try: with two calls, the server is busy with one while another is on its way."""
         return max(self._least, min(2, self._most))
 
     def _try_another(self, base: Measured, sums: Sums) -> None:

@@ -96,7 +96,7 @@ class ConfirmedModel(Wrapper):
         return () if record is None else (record,)
 
     async def confirm(self) -> None:
-        """Check the server once more, unless all answers that were used are confirmed already."""
+        """Check the server once more, unless all answers that this process used are confirmed already."""
         async with self._confirming:
             if self._unconfirmed.any_used:
                 await self._confirm()

@@ -31,7 +31,7 @@ class Limit:
     """
 
     def __init__(self, bounds: InFlight, *, clock: Callable[[], float] = time.perf_counter) -> None:
-        """Set the bounds of the limit, and the clock, a function that returns the time in seconds."""
+        """Set the bounds of the limit, and the clock: a function that returns the time in seconds."""
         self.bounds = bounds
         self.allowed = bounds.initial
         self.in_flight = 0
@@ -148,7 +148,7 @@ def climb_within(bounds: InFlight, initial: int, *, known: bool) -> Climb:
 
 
 class LimitedModel(Wrapper):
-    """Limits the calls in flight to the wrapped model; a repeated call keeps its place."""
+    """Limits the calls in flight to the wrapped model; a call still counts as in flight while it is repeated."""
 
     def __init__(self, inner: Model, limit: Limit) -> None:
         super().__init__(inner)

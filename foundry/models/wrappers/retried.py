@@ -24,7 +24,7 @@ T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
 Noted = Callable[[TransientError, float], None]
 LONGEST_ASKED_S = 86_400.0
-"""Longest wait that a server may request, seconds; a backend may allow less, such as `longest_pause_s`."""
+"""Longest wait that a server may request, seconds; with `longest_pause_s`, a model may allow less."""
 
 
 class RetriedModel(Wrapper):
@@ -93,7 +93,7 @@ class RetriedModel(Wrapper):
             raise _given_up(error, len(failures)) from error.__cause__
 
     async def _again(self, attempt: Callable[[], Awaitable[T]], first: TransientError) -> T:
-        """Repeat a call as the settings say; `first` is the error of its first try."""
+        """Repeat a call as often as the settings allow; `first` is the error of its first try."""
         import tenacity  # imported here, since most calls succeed at once
 
         backoff = tenacity.wait_exponential(multiplier=self._retry.wait_initial_s, max=self._retry.wait_max_s)

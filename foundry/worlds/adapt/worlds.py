@@ -314,7 +314,7 @@ class GymnasiumWorld(Adapted):
         return made
 
     def look(self, made: Any) -> tuple[int, Any]:
-        """Return the number of agents, 1, and the environment's action space."""
+        """Return the number of agents, which is 1, and the environment's action space."""
         return 1, made.action_space
 
 

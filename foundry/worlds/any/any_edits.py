@@ -1,4 +1,4 @@
-"""Edits of images and of keys that several forms share."""
+"""Edits of images, and of keys of the observation that worlds of several forms have."""
 
 import io
 from collections.abc import Callable, Mapping, Sequence

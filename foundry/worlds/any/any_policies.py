@@ -68,7 +68,7 @@ class Stay(ScriptedModel):
 
     @property
     def kinds(self) -> None:
-        """Answers every kind of question, with its idle reply."""
+        """None, since the policy answers every kind of question, with the question's idle reply."""
 
     def check(self, question: Question) -> None:
         """Raise InputError for a question without an idle reply."""

@@ -12,7 +12,7 @@ from foundry.worlds.base import Question
 from foundry.worlds.grid.grid_policies import act, known_fires, towards_place, warn
 
 AIM_DEG = 2.0
-"""Largest error of heading or gaze that the oracle does not correct, degrees."""
+"""The oracle corrects its heading or gaze only if it is off by more than this angle, degrees."""
 STAY = "Stay."
 
 

@@ -304,7 +304,7 @@ class CameraWorld(World):
         }
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Move as the answer says; return the record of the decision, and its image if images are stored."""
+        """Move as the answer says; return the record of the decision and, if images are stored, the agent's image."""
         (answer,) = answers
         command = self._scenario.understood(answer)
         result = self._moved(command)
@@ -330,7 +330,7 @@ class CameraWorld(World):
         return moved(self._pose, command, around.collider, around.body, pitch_limit=limit, slide=slides)
 
     def _covered(self, places: Sequence[Pose]) -> set[int]:
-        """Return the cells that the body covers on the way through these places."""
+        """Return the cells that the body covers while it moves from place to place."""
         cells = self._around.navigator.visited(feet_of(places), self._around.body.radius_m)
         return set(cells.tolist())
 
@@ -396,7 +396,7 @@ class CameraRedrawing(Redrawing):
         return png(draw_overview(self._around.scene, self.frame(step)))
 
     def told(self, step: int) -> Sequence[str]:
-        """Return one line with the reply of a step and its outcome; the picture shows the command."""
+        """Return one line for a film: the reply of a step and its outcome; the picture itself shows the command."""
         if not 1 <= step <= len(self._steps):
             return ()
         record = self._steps[step - 1]
@@ -420,7 +420,7 @@ class CameraRedrawing(Redrawing):
 def _overview_after(
     latest: CameraStep | None, poses: Sequence[Pose], height_m: float, inset: UInt8Array
 ) -> OverviewFrame:
-    """Return the content of the overview after the latest decision: all poses so far, and the present view."""
+    """Return the data for the overview after the latest decision: all poses so far, and the present view."""
     trail = feet_of(poses)
     caption = "" if latest is None else describe(recorded_command(latest), latest)
     return OverviewFrame(

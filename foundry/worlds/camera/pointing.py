@@ -40,7 +40,7 @@ class Pointed:
 
 
 class Pointer:
-    """Finds a target in the pictures from any pose.
+    """Finds where a target is in the picture that an agent sees at a pose.
 
     Args:
         prims: paths of the target's prims; everything below them belongs to the target.

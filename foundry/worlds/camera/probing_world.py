@@ -29,7 +29,7 @@ class Frame(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ProbeEpisode(CameraEpisode, frozen=True, kw_only=True):
-    """The facts of an episode with questions after a walk (`episode.jsonl`, one line); it has no target.
+    """The line of `episode.jsonl` for an episode with questions after a walk; such an episode has no target.
 
     Attributes:
         walk: `oracle` if the walk was drawn from the scene, `own` if the agent chose it.

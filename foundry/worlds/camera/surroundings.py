@@ -108,7 +108,7 @@ class Surroundings:
 
     @cached_property
     def navigator(self) -> Navigator:
-        """The navigator of this scene and body, made once; its cells are cached on disk."""
+        """Finds paths for this body in this scene; made once, with its grid of cells cached on disk."""
         return Navigator(self.collider, self.body, cache=paths.scene_cache_dir())
 
     def episode(self, line: bytes) -> CameraEpisode:
@@ -136,7 +136,7 @@ class Surroundings:
         return self.target(targets[int(rng.integers(len(targets)))]) if targets else None
 
     def target(self, settings: TargetSettings) -> Target:
-        """Return a target with the paths to it, which are computed once."""
+        """Return a target and the paths to this target; the paths are computed only once."""
         if settings.name not in self._targets:
             self._targets[settings.name] = self._find_target(settings)
         return self._targets[settings.name]

@@ -21,7 +21,7 @@ from foundry.worlds.validation import read_settings
 
 
 class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Rules that say which labelled things count, and when a thing counts as seen.
+    """Rules for the labelled things of a scene: which of them count, and how large a thing must be to count as seen.
 
     Attributes:
         ignore: patterns of labels to leave out.
@@ -142,7 +142,7 @@ class ThingsScenario(CameraScenario):
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
 
     def notes(self) -> Sequence[str]:
-        """Return no notes, since this world needs no target from the settings."""
+        """Return no notes; the note on missing targets is only for worlds whose settings name targets."""
         return ()
 
     def draw_way(self, goals: Generator, starts: Generator) -> tuple[Target, Pose]:

@@ -8,4 +8,4 @@ COMPARED = Compared(
     ends=("x_next", "y_next"),
     place=lambda line: (line["x_next"], line["y_next"]),
 )
-"""The keys by which two decisions of this form are compared."""
+"""The keys by which foundry compares two decisions in 2D worlds."""

@@ -47,7 +47,7 @@ _KNOWN: dict[type[msgspec.Struct], str] = {
 
 
 def is_known(settings: GridSettings) -> bool:
-    """Return whether agents can be asked early: every setting that this module does not know has its default."""
+    """Return whether agents can be asked early: only the settings in `_KNOWN` may differ from their defaults."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
         field.name in _KNOWN.get(type(part), "").split() or getattr(part, field.name) == field.default
@@ -88,7 +88,7 @@ def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
 
 @dataclass
 class Kept:
-    """A copy of an agent's memories and received messages, oldest first, with the world's limits of their number."""
+    """A copy of an agent's memories and received messages, oldest first; each list has the world's maximum length."""
 
     memories: deque[str]
     received: deque[dict[str, Any]]
@@ -120,7 +120,7 @@ class _Moment:
 
 
 class GridAhead(Ahead):
-    """Tracks which step each agent has reached, and which agents it must wait for."""
+    """Tracks which step each agent has reached, and for which other agents an agent must wait."""
 
     def __init__(
         self,

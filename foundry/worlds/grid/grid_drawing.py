@@ -82,12 +82,12 @@ PLACE_COLOUR = "#E8E8EE"
 _BACKING = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
 """The style of the white box behind a name in the picture."""
 MOST_NUMBERED = 60
-"""Up to this number of agents, the picture shows their ids; more ids would hide it."""
+"""Up to this number of agents, the picture shows the ids of agents; more ids would hide the picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class GridFrame:
-    """The content of a picture; lists of agents are sorted by id.
+    """The data from which a picture of a 2D world is drawn; lists of agents are sorted by id.
 
     Attributes:
         step: number of completed steps.
@@ -200,7 +200,7 @@ def _draw_fires(axes: Axes, frame: GridFrame) -> None:
 
 
 def _write(axes: Axes, x: float, y: float, label: str, *, colour: str, frame: GridFrame) -> None:
-    """Write a label above a point; near the edge, move it inside the picture."""
+    """Write a label above a point; a label near the edge is moved inside the picture."""
     reach = frame.half_size - 1
     x_inside = min(max(x, -0.85 * reach), 0.85 * reach)
     y_inside = min(max(y, -0.97 * reach), 0.93 * reach)

@@ -61,7 +61,7 @@ def _placed(
 
 
 def _moved(thing: Mapping[str, Any], move: Moving) -> dict[str, Any]:
-    """Return a copy of a place, fire or other entry with a position; its point and its edges are moved."""
+    """Return a copy of a thing with a position, such as a place or fire, with its point and its edges moved."""
     changed = dict(thing)
     if "x" in thing:
         changed["x"], changed["y"] = move(thing["x"], thing["y"])

@@ -44,7 +44,7 @@ from foundry.worlds.grid.space import (
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The perception of all agents that are present in a step; every sequence has one element per agent, by id.
+    """The perceptions of all present agents in one step; every sequence has one element per agent, sorted by id.
 
     Attributes:
         areas: index of the place of each agent, or OUTSIDE.
@@ -111,7 +111,7 @@ class Perception:
     def _observe(
         self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
     ) -> Scene:
-        """Return the scene at a step; the ids of agents are ascending, and their cells have the same order."""
+        """Return the scene at a step; `ids` is ascending, and `cells` has the same order."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
         near = self._near(grid, area_of)
@@ -180,7 +180,7 @@ class Perception:
         return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
 
     def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
-        """Return what agents in a place observe of it, given the number of these agents; None outside all places."""
+        """Return the facts that agents in a place observe about this place; None outside all places."""
         if area == OUTSIDE:
             return None
         place = self._settings.places[area]

@@ -92,7 +92,7 @@ class Seek(ScriptedModel):
     """Takes a shortest path to the nearest place and stays there; it says which place it is in, or goes to."""
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Name the place where the agent is, or the place to which it goes."""
+        """Send a message with the place where the agent is or, outside all places, the place to which it goes."""
         if observation["place"]:
             return say(f"I am in {observation['place']['name']}.", reasoning="Others may want to know.")
         goal = _nearest(observation)

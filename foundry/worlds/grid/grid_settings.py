@@ -31,7 +31,7 @@ from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 MOST_AGENTS = 20_000
-"""Maximum number of agents; no server answers more in a reasonable time."""
+"""Maximum number of agents; with more agents, no server could answer in a reasonable time."""
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,4 +1,4 @@
-"""Start positions of agents; each layout has a class, which a file in `conf/layout` names."""
+"""Layouts: rules for the start positions of agents. Each file in `conf/layout` names the class of its layout."""
 
 from abc import ABC, abstractmethod
 from typing import Any

@@ -34,7 +34,7 @@ from foundry.worlds.replies import Conflicting, Mend, find_objects, merged, whol
 
 @dataclass(frozen=True, slots=True)
 class MessageReading:
-    """The reading of a reply to the message question.
+    """The message and the outcome that were read from a reply to the message question.
 
     Attributes:
         text: the message, or None for silence or an unreadable reply.
@@ -57,7 +57,7 @@ class MessageReading:
 
 @dataclass(frozen=True, slots=True)
 class ActionReading:
-    """The reading of a reply to the action question.
+    """The decision and the outcome that were read from a reply to the action question.
 
     Attributes:
         action: `stay` or `move`; `stay` for an unreadable reply.

@@ -28,7 +28,7 @@ FEW = 100
 """Up to this number of agents, all pairs are compared; for more, a search tree, whose library takes .3 s to load."""
 
 OUTSIDE = -1
-"""The index that stands for the area outside all places."""
+"""Index for the area outside all places, among the indices of the places."""
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

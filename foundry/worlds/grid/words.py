@@ -83,7 +83,7 @@ class Meaning:
 
 @dataclass(frozen=True, slots=True)
 class _Phrase:
-    """A known phrase in a text: its meaning, and its end as an index of the text."""
+    """A known phrase in a text: its meaning, and the index in the text at which it ends."""
 
     meaning: str
     end: int

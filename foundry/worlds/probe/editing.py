@@ -9,11 +9,11 @@ An edit returns a changed question, or None if there is nothing to change. An ed
 and the images, never the prompt's text. Shipped edits of a form are in `foundry/worlds/<form>/<form>_edits.py`
 (`EDITS`); the edits in the folder `any` fit every form.
 
-An edit may have parts, such as the attributes of a persona. The file then has a function `parts(scenario)`, which
-returns the names of the parts, and `edit` has a parameter `part` for a name. For example, the edit `swap_persona.age`
-changes only the age; `swap_persona.each` stands for one edit per attribute. The function `edit` may also have a
-parameter `others`, for the questions of all other moments of this seed and of the next seed. The function for expected
-actions (`expected`) may have a parameter for the configured world (`scenario`).
+An edit may have parts, such as the attributes of a persona. The file of such an edit also has a function
+`parts(scenario)`, which returns the names of the parts; its function `edit` has a parameter `part`. For example, the
+edit `swap_persona.age` changes only the age; `swap_persona.each` stands for one edit per attribute. The function `edit`
+may also have a parameter `others`, for the questions of all other moments of this seed and of the next seed. The
+function for expected actions (`expected`) may have a parameter for the configured world (`scenario`).
 """
 
 import inspect

@@ -126,7 +126,7 @@ def read_past(path: str, sha256: str) -> list[Said]:
 
 @dataclass(frozen=True)
 class Kept:
-    """Names the files with the moments of one seed; objects with the same files and seed are equal.
+    """The files with the moments of a probe, and one seed; objects with equal files and seed are equal.
 
     Attributes:
         moments: path of the file of moments.

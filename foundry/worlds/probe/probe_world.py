@@ -1,4 +1,4 @@
-"""The world of a probe: recorded moments of another world, asked repeatedly and independently."""
+"""The world of a probe: it asks the questions in recorded moments of another world, several times and independently."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from foundry.declared import Actions
 
 Decided: TypeAlias = str | int | float
-"""A decision: a label, a whole number, or another number."""
+"""A decision: a label such as "go", a whole number, or a number with a fraction."""
 
 LONGEST = 120
 """Maximum number of characters of a sentence that is read as a decision; longer sentences are not guessed."""

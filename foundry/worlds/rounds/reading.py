@@ -65,7 +65,7 @@ def read_talk(answer: Answer) -> Reading:
 
 
 def read_decision(answer: Answer, actions: Actions, kind: str) -> Reading:
-    """Read the reply to a question that asks for one of these actions."""
+    """Read the decision in the reply to a question that allows these actions."""
     if (outcome := unanswered(answer)) is not None:
         return Reading(outcome)
     return _Reader(actions, kind).read(answer)

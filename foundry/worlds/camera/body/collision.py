@@ -319,7 +319,7 @@ class Collider:
     def move(
         self, foot: Sequence[float] | FloatArray, direction_deg: float, distance_m: float, body: Body, *, slide: bool
     ) -> Motion:
-        """Return the result of moving a body in a horizontal direction.
+        """Return the path and the stop of a body that moves in a horizontal direction.
 
         Args:
             foot: (3,) foot at the start, metres. If the body overlaps a surface there, it can only move away from it.

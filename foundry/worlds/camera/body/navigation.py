@@ -152,7 +152,7 @@ class Approach:
 
 
 class Approaches:
-    """Finds the path from any place to cells nearby; the centres of all cells are `places` (n, 3), metres."""
+    """Finds paths from any place to the nearest cells; `places` (n, 3) are the centres of all cells, metres."""
 
     def __init__(self, collider: Collider, body: Body, places: FloatArray, cell_m: float) -> None:
         self._collider, self._body, self._places, self._cell_m = collider, body, places, cell_m
@@ -364,7 +364,7 @@ class Navigator:
         return np.asarray(cells[inverse == large[np.argmin(heights[large])]])
 
     def _load(self, folder: Path | None) -> Walkable:
-        """Return the cells that are cached in a folder, or compute the cells and cache them there."""
+        """Return the walkable cells from the cache in a folder; if they are not there, compute and cache them."""
         if folder is None:
             return find_walkable(self.collider.ground, self.collider.bounds, self.body, self.cell_m)
         path = folder / f"walkable-{self._digest()}.npz"

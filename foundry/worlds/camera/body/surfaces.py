@@ -160,10 +160,10 @@ SPACING_M = 0.05
 """Largest distance between neighbouring points when an outline is replaced by points, metres."""
 
 _NEXT = (1, 2, 0)
-"""For each corner of a triangle, its next corner."""
+"""The number of the next corner, for each of a triangle's corners 0, 1 and 2."""
 
 TOUCHING = 1e-12
-"""Distance below which a disc's centre counts as on a segment, metres; then every direction is free."""
+"""A disc whose centre is closer than this to a segment, metres, lies on it, and may move in every direction."""
 
 
 @dataclass(frozen=True, eq=False)

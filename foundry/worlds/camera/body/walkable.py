@@ -30,7 +30,7 @@ MOST_CELLS = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class Walkable:
-    """A graph of the places that have room for a body.
+    """The places that have room for a body, and the graph of the free straight paths between them.
 
     Attributes:
         places: (n, 3) possible places of the foot, metres.
@@ -55,7 +55,7 @@ def graph_of(edges: IntArray, weights: FloatArray, size: int) -> csr_array:
 
 
 def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float) -> Walkable:
-    """Return all places within the bounds (2, 3) that have room for the body, a cell apart."""
+    """Return the cells within the bounds (2, 3) at whose centres the body has room, as a graph."""
     low = np.ceil(bounds[0, :2] / cell_m - 0.5).astype(np.int64)
     high = np.floor(bounds[1, :2] / cell_m - 0.5).astype(np.int64)
     if np.prod(np.maximum(high - low + 1, 0)) > MOST_CELLS:

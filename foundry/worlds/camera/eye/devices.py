@@ -17,9 +17,9 @@ import msgspec
 from foundry.errors import InputError, not_found
 
 INDEX = "VTK_EGL_DEVICE_INDEX"
-"""Environment variable by which VTK chooses its device: the index in EGL's list."""
+"""Environment variable that tells VTK which device to use, by its index in EGL's list of devices."""
 WANTED = "FOUNDRY_RENDERER"
-"""Environment variable with the user's choice, one of `Wish`."""
+"""Environment variable with the renderer that the user chooses, one of `Wish`."""
 
 _EXTENSIONS, _MOST = 0x3055, 64
 _SOFTWARE_DEVICE = b"EGL_MESA_device_software"
@@ -139,7 +139,7 @@ class Drawer:
 
 @cache
 def check_rendering() -> Drawer:
-    """Return the renderer, after drawing a picture in another process: VTK aborts a process if a library is missing.
+    """Draw a test picture in another process, since VTK aborts a process if a library is missing; return the renderer.
 
     A GPU in EGL's list is preferred over software; `FOUNDRY_RENDERER` overrides this. The renderer is stored in the
     environment, so that child processes use it too.

@@ -231,7 +231,7 @@ _LOCAL = threading.local()
 
 @dataclass(frozen=True, eq=False)
 class OverviewFrame:
-    """The content of an overview, a picture of the scene from outside.
+    """The data from which an overview is drawn: a picture of the scene from outside.
 
     Attributes:
         foot: (3,) place of the agent's foot, metres.

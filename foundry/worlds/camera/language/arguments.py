@@ -238,7 +238,7 @@ _PATHS = frozenset(
 )
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _MEASURED = frozenset(("step", "move"))
-"""Verbs of motion that are nouns after an amount: "a 2 m step forward"."""
+"""Words that are verbs of motion, but nouns after an amount: "step" in "a 2 m step forward"."""
 
 
 def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Arguments:

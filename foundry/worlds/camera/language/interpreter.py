@@ -182,7 +182,7 @@ _ACTION, _DIRECTION, _AMOUNT = range(3)
 
 
 def worded_command(fields: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    """Return the command of a JSON object that names its action, read as a sentence; None for other objects."""
+    """Return the command of a JSON object that names its action; the object is read like a sentence. Else None."""
     if not any(_names(key.lower()) for key in fields):
         return None
     words = [*_words(fields, 0)]
@@ -341,7 +341,7 @@ class Interpreter(ABC):
 
 
 class LatestInterpreter(Interpreter):
-    """Reads the whole reply; the last mention of each kind of motion counts."""
+    """Reads the whole reply; if it names a kind of motion several times, the last mention counts."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""

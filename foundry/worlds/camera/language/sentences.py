@@ -116,7 +116,7 @@ def _value(digits: str) -> float | None:
 
 
 LARGEST = 1e6
-"""Largest amount, metres or degrees; a larger amount is read as this one."""
+"""Largest amount, in metres or degrees; a larger amount is replaced by this value."""
 
 _AMOUNT = Word(Kind.AMOUNT)
 _INCH = Word(Kind.UNIT, number=0.0254, dimension=Dimension.LENGTH)

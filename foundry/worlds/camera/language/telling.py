@@ -1,4 +1,4 @@
-"""Finds the words of a sentence that ask for no motion, and says why: each such word has a `Bar`.
+"""Finds the words of a sentence that ask for no motion; each of these words gets a `Bar`, the reason.
 
 A word asks for no motion if it is negated, possible, conditional, or an example ("not", "could", "if", "for example").
 A word also asks for no motion if it reports an earlier step or another agent's motion, states a purpose, or postpones
@@ -123,7 +123,7 @@ _LABEL = ":"
 
 @dataclass(slots=True)
 class _Scope:
-    """A reason why the following words ask for no motion, and the kind of word at which the reason began."""
+    """A reason why the next words of a sentence ask for no motion, and the kind of the word that began it."""
 
     told: Bar
     kind: Kind

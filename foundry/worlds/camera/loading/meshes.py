@@ -33,7 +33,7 @@ class Topology:
     faces: IntArray
 
     def flipped(self) -> "Topology":
-        """Return the triangles as seen from the other side."""
+        """Return the triangles with their front and back exchanged."""
         return Topology(self.points, self.triangles[:, ::-1], self.corners[:, ::-1], self.faces)
 
     def chosen(self, rows: IntArray) -> "Topology":

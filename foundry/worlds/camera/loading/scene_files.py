@@ -49,7 +49,7 @@ def scene_files(path: Path) -> list[Path]:
 
 
 def file_of(resolved: str) -> Path:
-    """Return the file at a path that USD has resolved; for `scene.usdz[layer.usda]`, the package `scene.usdz`.
+    """Return the file at a path from USD's resolver; for `scene.usdz[layer.usda]`, this is the package `scene.usdz`.
 
     Symbolic links are followed.
     """

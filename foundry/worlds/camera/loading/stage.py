@@ -67,7 +67,7 @@ class Walker:
         self._transforms = UsdGeom.XformCache(values.time)
 
     def meshes(self, stage: Any, frame: FloatArray) -> Iterator[SceneMesh]:
-        """Yield every mesh of the stage, transformed by the (4, 4) `frame`; points are rows."""
+        """Yield every mesh of the stage, transformed by the matrix `frame` (4, 4); points are rows."""
         yield from self._walk(stage.GetPseudoRoot(), Usd.PrimDefaultPredicate, _Place(), frame)
         for pattern in sorted(self._unmatched):
             self._findings.add("Pattern of `exclude` that matches no prim", pattern)
@@ -307,7 +307,7 @@ def _open(path: Path, root: Path) -> Any:
 
 
 def _first_time(stage: Any) -> Any:
-    """Return the time code at which the stage is read: the first, so that animated attributes have a value."""
+    """Return the first time code of a stage; the stage is read there, so that animated attributes have a value."""
     if stage.HasAuthoredTimeCodeRange():
         return Usd.TimeCode(stage.GetStartTimeCode())
     return Usd.TimeCode.EarliestTime()

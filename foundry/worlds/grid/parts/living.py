@@ -1,4 +1,4 @@
-"""The state of the agents that are present, and its changes by the actions gather, share, attack and reproduce."""
+"""The state of the present agents, and the changes that the actions gather, share, attack and reproduce make."""
 
 from collections import Counter, deque
 from collections.abc import MutableMapping, Sequence
@@ -69,7 +69,7 @@ class Living:
         food_supply: FoodSupply | None,
         rng: Generator,
     ) -> None:
-        """Take the state of the episode; the actions will change it.
+        """Take the state of the episode, which the actions will change.
 
         Args:
             settings: the world.
@@ -154,7 +154,7 @@ class Living:
         return rule is not None and body.energy >= rule.needs and self._ever < rule.most
 
     def _other(self, agent: int, decision: FurnishedAction) -> Body | None:
-        """Return the target of an action; None if the target is the agent itself, absent or out of reach."""
+        """Return the agent at which an action aims; None if it is the acting agent itself, absent or out of reach."""
         other = self._bodies.get(-1 if decision.target is None else decision.target)
         near = other is not None and apart(other.cell, self._bodies[agent].cell) <= TOUCH
         return other if near and decision.target != agent else None

@@ -100,7 +100,7 @@ class FurnishedWorld(World):
         return draw(self.frame())
 
     def frame(self) -> GridFrame:
-        """Return the content of a picture of the present state."""
+        """Return the data from which a picture of the present state is drawn."""
         return furnished_frame(
             self._settings,
             self._ground,
