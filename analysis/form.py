@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa  # type: ignore[import-untyped]
 
-    from analysis.figures.shown import Shown
+    from analysis.figures.shown import ShownGroup
     from analysis.labelling import Labelling
     from analysis.measuring.events import Event
     from analysis.plots import Picture
@@ -90,13 +90,13 @@ class RunTable:
 class Figures(Protocol):
     """Collects the facts that figures show, run by run, so that no run stays in memory."""
 
-    def add(self, shown: Shown, run: Any, seed: int) -> None:
+    def add(self, shown: ShownGroup, run: Any, seed: int) -> None:
         """Collect from a run what the figures need."""
 
-    def pictures(self, order: Sequence[Shown]) -> list[Picture]:
+    def pictures(self, order: Sequence[ShownGroup]) -> list[Picture]:
         """Return the plots, with the groups in the given order."""
 
-    def tables(self, order: Sequence[Shown]) -> list[RunTable]:
+    def tables(self, order: Sequence[ShownGroup]) -> list[RunTable]:
         """Return the tables, with the groups in the given order."""
 
 

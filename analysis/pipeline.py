@@ -10,7 +10,7 @@ import pandas as pd
 
 from analysis import signatures
 from analysis.figures.members import Member, members, shown_groups
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.filtering import Filter
 from analysis.findings.finding_records import FindingRecord, write_findings
 from analysis.findings.furthest import FarRun, furthest, write_overview
@@ -27,13 +27,13 @@ from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs, schemas_of, sources_of
 from analysis.measuring.steps_file import open_steps_file
 from analysis.measuring.twins import beyond_twins
-from analysis.paper.ending import Told, ending, means_of
+from analysis.paper.ending import EndingContent, ending, means_of
 from analysis.paper.methods import Basis, bibtex, methods
 from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, study
 from analysis.paper.summary import summary
 from analysis.planned.declaring import check_measures
-from analysis.planned.holding import Held, plans_of
+from analysis.planned.holding import PlanCheck, plans_of
 from analysis.planned.looking import counted, settings_by_side
 from analysis.retest import retest
 from analysis.stats.contrasts import ALPHA, contrasts
@@ -104,9 +104,9 @@ class Analysis:
     sources: pd.DataFrame
     validation: pd.DataFrame
     declared: tuple[str, ...]
-    shown: tuple[Shown, ...]
+    shown: tuple[ShownGroup, ...]
     members: tuple[Member, ...]
-    planned: Held | None = None
+    planned: PlanCheck | None = None
     filtered: str = ""
     doubts: Mapping[str, str] = field(default_factory=dict)
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
@@ -169,7 +169,7 @@ class Analysis:
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         means = means_of(self.compared, self.declared)
         worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]
-        results = Told(
+        results = EndingContent(
             contrasts=self.contrasts,
             sides=self.sides,
             notes=self.notes,

@@ -168,7 +168,7 @@ SIMULATED: dict[str, Callable[[np.random.Generator], Simulated]] = {
 
 
 @dataclass
-class Looked:
+class Sample:
     """A time left that foundry printed: the time, the number of calls so far, and the seconds that it stated."""
 
     at: float
@@ -176,7 +176,7 @@ class Looked:
     left: float
 
 
-def watched(simulated: Simulated, folder: Path) -> tuple[list[Looked], float]:
+def watched(simulated: Simulated, folder: Path) -> tuple[list[Sample], float]:
     """Return the times left that a user saw while a sweep ran, and the duration of the sweep in seconds."""
     composed = compose(
         ["-m", "model=stay", f"seed=0-{simulated.runs - 1}", f"world.agents={AGENTS}", f"world.steps={STEPS}"]
@@ -191,17 +191,17 @@ def watched(simulated: Simulated, folder: Path) -> tuple[list[Looked], float]:
         write_atomically(sweep.progress_file("0-0"), simulated.report(names))
         left = display.left_s(display.look())
         assert left is not None or simulated.sent < FROM_CALL
-        looks.append(Looked(now, simulated.sent, left or 0.0))
+        looks.append(Sample(now, simulated.sent, left or 0.0))
     return looks, now
 
 
-def ratio_at(looks: list[Looked], took: float, call: int) -> float:
+def ratio_at(looks: list[Sample], took: float, call: int) -> float:
     """Return the printed time left divided by the true time left, after a given number of calls."""
     look = next(look for look in looks if look.sent >= call)
     return look.left / (took - look.at)
 
 
-def worst_ratio(looks: list[Looked], took: float) -> float:
+def worst_ratio(looks: list[Sample], took: float) -> float:
     """Return the largest factor by which the printed time was wrong, from call 10 to the last tenth of the time."""
     counted = [look for look in looks if look.sent >= FROM_CALL and look.at <= (1 - LAST) * took]
     return max(max(look.left / (took - look.at), (took - look.at) / max(look.left, 1e-9)) for look in counted)

@@ -23,7 +23,7 @@ from scipy.special import stdtr
 from simulated_runs import CASES, PAIRED_CASES, coverage, false_positives
 
 from analysis import analyze
-from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
+from analysis.probes.choices import Answers, Change, Chosen, MomentKey, ProbeCondition, Subject
 from analysis.probes.comparing import Compared
 from analysis.probes.curves import curve_tables
 from analysis.probes.formats import format_tables
@@ -354,7 +354,7 @@ def _slope_p(ask: Ask) -> list[float]:
 
 def _answers(ask: Ask, edits: Sequence[Change], formats: Sequence[str]) -> Answers:
     subject = Subject("copy", "p", "")
-    chosen = {Asked(subject, edit.name, layout): ask() for edit in edits for layout in formats}
+    chosen = {ProbeCondition(subject, edit.name, layout): ask() for edit in edits for layout in formats}
     return Answers(chosen, {edit.name: edit for edit in edits}, tuple(formats), {subject: "copy"}, 0)
 
 

@@ -16,7 +16,7 @@ from foundry.errors import FoundryError, Interrupted
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
-from foundry.worlds.base import Ahead, Answer, Asked, Question, World
+from foundry.worlds.base import Ahead, Answer, Question, QuestionKey, World
 
 
 class Recorder(Protocol):
@@ -195,8 +195,8 @@ class _AskedAhead:
         self._stopping = stopping
         self._awaited: dict[asyncio.Future[Reply], Request] = {}
         self._there: asyncio.Queue[asyncio.Future[Reply]] = asyncio.Queue()
-        self._answered: dict[Asked, tuple[Call, Answer]] = {}
-        self._failed: dict[Asked, Exception] = {}
+        self._answered: dict[QuestionKey, tuple[Call, Answer]] = {}
+        self._failed: dict[QuestionKey, Exception] = {}
 
     async def play(self) -> None:
         """Play the world to its end. Raise an error only after all open calls: no answer is lost."""

@@ -53,7 +53,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Asked:
+class SweepCommand:
     """A command that added runs to a sweep.
 
     Attributes:
@@ -80,7 +80,7 @@ class Sweep:
     asked: tuple[str, ...]
     conditions: tuple[Condition, ...]
     runs: tuple[Run, ...]
-    history: tuple[Asked, ...] = ()
+    history: tuple[SweepCommand, ...] = ()
 
     @property
     def definition(self) -> str:

@@ -15,7 +15,7 @@ from foundry.episode import Asker, play
 from foundry.errors import Interrupted, RequestError
 from foundry.models.base import Model, Reply, Request
 from foundry.running.build import build
-from foundry.worlds.base import Asked
+from foundry.worlds.base import QuestionKey
 
 WORLD = composed("cafe_library", "seek", "world.agents=8", "world.steps=6", "world.half_size=30")
 CALLS = 2 * 8 * 6
@@ -31,11 +31,11 @@ class Slow(Model):
     """
 
     def __init__(
-        self, seed: int = 0, fails_at: Sequence[Asked] = (), latency_s: float = 1.0, cached: bool = False
+        self, seed: int = 0, fails_at: Sequence[QuestionKey] = (), latency_s: float = 1.0, cached: bool = False
     ) -> None:
         self.name, self._policy = "slow", build(WORLD.conditions[0].config["model"])
         self._seed, self._fails_at, self._took = seed, fails_at, {"timings": {"latency": latency_s}, "cached": cached}
-        self.begun: list[Asked] = []
+        self.begun: list[QuestionKey] = []
         self.ended, self.most_apart = 0, 0
         self._open: Counter[int] = Counter()
 
@@ -94,7 +94,7 @@ def test_where_no_reply_takes_time_the_rounds_are_asked_whole(quick: dict[str, A
 @pytest.mark.parametrize(
     "fails_at", [[(1, 2, "action")], [(4, 5, "message")], [(6, 0, "action"), (3, 7, "action"), (3, 1, "action")]]
 )
-def test_a_call_that_fails_ends_the_run_at_the_round_and_with_the_error_of_lock_step(fails_at: list[Asked]):
+def test_a_call_that_fails_ends_the_run_at_the_round_and_with_the_error_of_lock_step(fails_at: list[QuestionKey]):
     found = []
     for ahead in (False, True):
         model, kept = Slow(1, fails_at), Kept()

@@ -11,7 +11,7 @@ from analysis.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
-class Decided:
+class DecisionsOfKind:
     """The n counted decisions of one kind, in recorded order; either all are labels or all are numbers.
 
     Attributes:
@@ -56,13 +56,13 @@ class Decided:
         """Number of decisions with each label, (C,)."""
         return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
-    def only(self, rows: BoolArray) -> "Decided":
+    def only(self, rows: BoolArray) -> "DecisionsOfKind":
         """Return the decisions for which `rows`, (n,), is true."""
-        return Decided(self.kind, self.labels, self.step[rows], self.agent[rows], self.values[rows])
+        return DecisionsOfKind(self.kind, self.labels, self.step[rows], self.agent[rows], self.values[rows])
 
 
 @lru_cache(maxsize=2)
-def decided(run: AnyRun) -> tuple[Decided, ...]:
+def decided(run: AnyRun) -> tuple[DecisionsOfKind, ...]:
     """Return the decisions of a run for each kind, in the order in which the world declares the kinds.
 
     If a world declares no actions, the kinds and labels are those that occur, sorted.
@@ -77,7 +77,7 @@ def decided(run: AnyRun) -> tuple[Decided, ...]:
     )
 
 
-def _occurring(run: AnyRun) -> Iterator[Decided]:
+def _occurring(run: AnyRun) -> Iterator[DecisionsOfKind]:
     for kind in sorted(set(run.kind.tolist())):
         own = run.kind == kind
         labels = sorted({label for label in run.action[own].tolist() if label is not None})
@@ -87,14 +87,14 @@ def _occurring(run: AnyRun) -> Iterator[Decided]:
             yield numbers(run, kind, own, run.number)
 
 
-def _labels(run: AnyRun, kind: str, own: BoolArray, labels: tuple[str, ...]) -> Decided:
+def _labels(run: AnyRun, kind: str, own: BoolArray, labels: tuple[str, ...]) -> DecisionsOfKind:
     number = {label: index for index, label in enumerate(labels)}
     codes = np.array([number.get(label, -1) for label in run.action.tolist()], dtype=np.int64)
     counted = own & run.counted & (codes >= 0)
-    return Decided(kind, labels, run.step[counted], run.agent[counted], np.eye(len(labels))[codes[counted]])
+    return DecisionsOfKind(kind, labels, run.step[counted], run.agent[counted], np.eye(len(labels))[codes[counted]])
 
 
-def numbers(run: AnyRun, kind: str, own: BoolArray, given_numbers: FloatArray) -> Decided:
+def numbers(run: AnyRun, kind: str, own: BoolArray, given_numbers: FloatArray) -> DecisionsOfKind:
     """Return the counted decisions of one kind whose answer is a number.
 
     Args:
@@ -104,7 +104,7 @@ def numbers(run: AnyRun, kind: str, own: BoolArray, given_numbers: FloatArray) -
         given_numbers: a number for each decision, NaN for none, (K,).
     """
     counted = own & run.counted & ~np.isnan(given_numbers)
-    return Decided(kind, (), run.step[counted], run.agent[counted], given_numbers[counted][:, None])
+    return DecisionsOfKind(kind, (), run.step[counted], run.agent[counted], given_numbers[counted][:, None])
 
 
 def beyond(ids: IntArray) -> int:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.any.decided import Decided, beyond
+from analysis.any.decided import DecisionsOfKind, beyond
 from analysis.any.shuffles import classes_of, over_shuffles, p_value
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import ratio
@@ -51,16 +51,16 @@ def variance(*groups: Deviations) -> float:
     return ratio(sum(part.differences for part in groups), sum(part.pairs for part in groups))
 
 
-def scaled(decisions: Decided) -> Decided:
+def scaled(decisions: DecisionsOfKind) -> DecisionsOfKind:
     """Return decisions with numbers scaled to -2..2 to prevent overflow; shares of variance stay the same."""
     if decisions.labels:
         return decisions
     size = np.abs(decisions.values).max(initial=0)
     values = decisions.values / size if size else decisions.values
-    return Decided(decisions.kind, decisions.labels, decisions.step, decisions.agent, values - values[:1])
+    return DecisionsOfKind(decisions.kind, decisions.labels, decisions.step, decisions.agent, values - values[:1])
 
 
-def thirds(decisions: Decided) -> tuple[BoolArray, BoolArray]:
+def thirds(decisions: DecisionsOfKind) -> tuple[BoolArray, BoolArray]:
     """Return whether each decision is in the first, and whether it is in the last third of the steps, (n,) each.
 
     Only steps with decisions count. Both thirds have the same number of steps, at least one. With fewer than two steps,
@@ -70,7 +70,7 @@ def thirds(decisions: Decided) -> tuple[BoolArray, BoolArray]:
     return decisions.rank < length, decisions.rank >= max(decisions.steps - length, length)
 
 
-def deviations(decisions: Decided, moment: IntArray, agents: int) -> Deviations:
+def deviations(decisions: DecisionsOfKind, moment: IntArray, agents: int) -> Deviations:
     """Return how far each agent deviates from the others.
 
     Args:
@@ -115,7 +115,7 @@ ALIKE = "decides like all other agents, with any habits shorter than a third of 
 
 
 @dataclass(frozen=True)
-class Lasting:
+class LastingDifferences:
     """How far agents differ from each other through a whole run, beyond chance.
 
     Attributes:
@@ -148,25 +148,25 @@ class _Kind:
     able: BoolArray
 
 
-def lasting(kinds_decided: Sequence[Decided], agents: int) -> Lasting:
+def lasting(kinds_decided: Sequence[DecisionsOfKind], agents: int) -> LastingDifferences:
     """Return how far N agents differ through a whole run; `kinds_decided` holds the decisions of each kind."""
     kinds = [kind for decisions in kinds_decided if (kind := _kind(scaled(decisions), agents)) is not None]
     if not kinds:
-        return Lasting(math.nan, math.nan, 0)
+        return LastingDifferences(math.nan, math.nan, 0)
     first, last = (np.hstack([getattr(kind, name) for kind in kinds]) for name in ("first", "last"))
     weights = np.sum([kind.weights for kind in kinds], axis=0)
     classes = classes_of(np.column_stack([kind.able for kind in kinds]))
     parts = [_together(first[members], last[members], len(classes), number) for number, members in enumerate(classes)]
     whole = sum(float(weights[rows].sum()) * (len(rows) - 1) / len(rows) for rows in classes)
     shuffled = np.sum(parts, axis=0)
-    return Lasting(
+    return LastingDifferences(
         share=ratio(float(shuffled[0]), whole) if classes else math.nan,
         p=p_value(shuffled) if classes else math.nan,
         agents=sum(map(len, classes)),
     )
 
 
-def _kind(decisions: Decided, agents: int) -> _Kind | None:
+def _kind(decisions: DecisionsOfKind, agents: int) -> _Kind | None:
     """Return the agents' deviations in one kind; None if agents never differ or fewer than two can be compared."""
     parts = [deviations(decisions.only(third), decisions.moment[third], agents) for third in thirds(decisions)]
     chance = variance(*parts)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from analysis.arrays import FloatArray
 from analysis.camera.camera_run import CameraRun
-from analysis.figures.shown import Shown, example_caption
+from analysis.figures.shown import ShownGroup, example_caption
 from analysis.form import RunTable
 from analysis.plots import Picture, style
 from analysis.plots.figures import new_figure
@@ -31,7 +31,7 @@ class CameraPath:
         reached: whether the agent is at the goal at the end of the run.
     """
 
-    shown: Shown
+    shown: ShownGroup
     foot: FloatArray
     reached: bool
 
@@ -93,14 +93,14 @@ class CameraFigures:
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._runs: dict[Shown, CameraRun] = {}
+        self._runs: dict[ShownGroup, CameraRun] = {}
 
-    def add(self, shown: Shown, run: CameraRun, seed: int) -> None:
+    def add(self, shown: ShownGroup, run: CameraRun, seed: int) -> None:
         """Keep a group's run for the figure if the run has the seed that the figure shows."""
         if seed == self._seed:
             self._runs.setdefault(shown, run)
 
-    def pictures(self, order: Sequence[Shown]) -> list[Picture]:
+    def pictures(self, order: Sequence[ShownGroup]) -> list[Picture]:
         """Return the pictures, one for each scene, target and start."""
         tasks = top_downs([(condition, self._runs[condition]) for condition in order if condition in self._runs])
         caption = (
@@ -113,21 +113,21 @@ class CameraFigures:
             for name, task in zip(names, tasks, strict=True)
         ]
 
-    def tables(self, _: Sequence[Shown]) -> list[RunTable]:
+    def tables(self, _: Sequence[ShownGroup]) -> list[RunTable]:
         """Return no tables: the plot shows everything."""
         return []
 
 
-def top_downs(runs: Sequence[tuple[Shown, CameraRun]]) -> list[TopDown]:
+def top_downs(runs: Sequence[tuple[ShownGroup, CameraRun]]) -> list[TopDown]:
     """Return the paths of the runs, in one drawing for each scene, target and start."""
-    tasks: dict[tuple[str, str, float, float], list[tuple[Shown, CameraRun]]] = {}
+    tasks: dict[tuple[str, str, float, float], list[tuple[ShownGroup, CameraRun]]] = {}
     for shown, run in runs:
         start = run.episode.start
         tasks.setdefault((run.episode.scene, run.episode.target, start.x, start.y), []).append((shown, run))
     return [_top_down(same) for same in tasks.values()]
 
 
-def _top_down(runs: Sequence[tuple[Shown, CameraRun]]) -> TopDown:
+def _top_down(runs: Sequence[tuple[ShownGroup, CameraRun]]) -> TopDown:
     episode = runs[0][1].episode
     target = f": {episode.target}" if episode.target else ""
     shortest = np.array(episode.shortest_path, dtype=np.float64).reshape(-1, 3)[:, :2]
@@ -140,6 +140,6 @@ def _top_down(runs: Sequence[tuple[Shown, CameraRun]]) -> TopDown:
     )
 
 
-def _path(shown: Shown, run: CameraRun) -> CameraPath:
+def _path(shown: ShownGroup, run: CameraRun) -> CameraPath:
     reached = bool(run.success[-1]) if run.decisions else False
     return CameraPath(shown, run.foot[:, :2], reached)

@@ -7,11 +7,11 @@ from matplotlib.figure import Figure
 
 from analysis.camera.camera_figures import draw_topdown, top_downs
 from analysis.camera.camera_run import CameraRun
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.plots.figures import stacked
 
 
-def sketch(runs: Sequence[tuple[Shown, CameraRun]], steps: Sequence[int] | None) -> Figure:
+def sketch(runs: Sequence[tuple[ShownGroup, CameraRun]], steps: Sequence[int] | None) -> Figure:
     """Draw the paths up to the last of these steps, each step marked with its number; None means whole paths."""
     tasks = top_downs(runs)
     figure, panels = stacked([3.0 + 0.15 * (len(task.paths) + 2) for task in tasks])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from analysis.figures.members import Member
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.form import Figures, RunTable
 from analysis.labelling import Labelling
 from analysis.load import measurable
@@ -27,7 +27,7 @@ class Examples:
     doubts: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
 
-def examples(members: Sequence[Member], shown: Sequence[Shown], labellings: Mapping[str, Labelling]) -> Examples:
+def examples(members: Sequence[Member], shown: Sequence[ShownGroup], labellings: Mapping[str, Labelling]) -> Examples:
     """Read the complete runs.
 
     Raises:

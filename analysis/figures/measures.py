@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.plots.fingerprints import FingerprintMap, Merge
 from analysis.plots.forest import Pair
 from analysis.plots.panel import GroupValues, Scale
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from analysis.stats.fingerprint import Fingerprint
 
 
-def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:
+def group_values(comparison: Comparison, groups: Sequence[ShownGroup], measure: str) -> list[GroupValues]:
     """Return the values of one measure, for each group in which it is defined."""
     return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
 
@@ -37,7 +37,7 @@ def agreed(values: pd.Series[float]) -> float:
     return float(values.iloc[0]) if values.nunique(dropna=False) == 1 else math.nan
 
 
-def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
+def _values(comparison: Comparison, shown: ShownGroup, measure: str) -> GroupValues:
     estimate, column = comparison.estimates[measure, shown.group], comparison.values[shown.group][measure]
     return GroupValues(
         label=shown.label,

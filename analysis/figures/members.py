@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.lines import COMPLETE, FAILED
 from analysis.stats.factors import MODEL
 from analysis.stats.values import Group
@@ -23,7 +23,7 @@ class Member:
     """A run and its group."""
 
     folder: RunFolder
-    shown: Shown
+    shown: ShownGroup
     seed: int
     status: str
     summary: RunSummary | None
@@ -51,7 +51,7 @@ class Member:
 
 
 def members(
-    runs: pd.DataFrame, groups: pd.DataFrame, shown: Sequence[Shown], folders: Mapping[str, RunFolder]
+    runs: pd.DataFrame, groups: pd.DataFrame, shown: Sequence[ShownGroup], folders: Mapping[str, RunFolder]
 ) -> list[Member]:
     """Return every run with its group, in the order of the runs."""
     known = {condition.group: condition for condition in shown}
@@ -62,7 +62,7 @@ def members(
     ]
 
 
-def shown_groups(comparison: Comparison) -> list[Shown]:
+def shown_groups(comparison: Comparison) -> list[ShownGroup]:
     """Return the groups in the order of their models' first runs, baselines last; a model looks the same everywhere."""
     at = comparison.group_columns.index(MODEL)
     own = [group for group in comparison.groups if group not in comparison.baselines]
@@ -70,13 +70,13 @@ def shown_groups(comparison: Comparison) -> list[Shown]:
     return [*_looks(own, at, comparison.models, baseline=False), *_looks(others, at, (), baseline=True)]
 
 
-def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[Shown]:
+def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[ShownGroup]:
     models = list(dict.fromkeys(group[at] for group in groups))
     if len(models) == 1 < len(groups):
-        return [Shown(group, index, baseline) for index, group in enumerate(groups)]
+        return [ShownGroup(group, index, baseline) for index, group in enumerate(groups)]
     places = {model: place for place, model in enumerate(dict.fromkeys((*order, *models)))}
     return [
-        Shown(group, places[model] + turn * LOOKS, baseline)
+        ShownGroup(group, places[model] + turn * LOOKS, baseline)
         for model in models
         for turn, group in enumerate(group for group in groups if group[at] == model)
     ]

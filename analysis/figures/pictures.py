@@ -9,7 +9,7 @@ import pandas as pd
 
 from analysis.figures.measures import fingerprint_map, group_values, pairs_of, scale_of
 from analysis.figures.members import shown_groups
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.plots import Picture, figures
 from analysis.plots.labels import keys
 from analysis.plots.panel import GroupValues, Scale
@@ -59,7 +59,7 @@ def every_picture(
     return [picture for picture in pictures if picture is not None]
 
 
-def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
+def letters_of(contrasts: pd.DataFrame, shown: Sequence[ShownGroup]) -> Mapping[str, str]:
     """Return the letters that stand for compared groups and contexts in every plot of differences."""
     ordered = dict.fromkeys(part for condition in shown for part in condition.group)
     named = {*contrasts["reference"], *contrasts["level"]}
@@ -68,7 +68,7 @@ def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, 
 
 
 def means_picture(
-    comparison: Comparison, shown: Sequence[Shown], signature: str, validation: pd.DataFrame | None = None
+    comparison: Comparison, shown: Sequence[ShownGroup], signature: str, validation: pd.DataFrame | None = None
 ) -> Picture:
     """Return the plot of a signature's means; if it has many measures, only the first are shown."""
     measures = comparison.headlines[signature]
@@ -95,7 +95,7 @@ def means_picture(
 
 
 def forest_picture(
-    contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[Shown], signature: str
+    contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[ShownGroup], signature: str
 ) -> Picture | None:
     """Return the plot of a signature's paired differences; None if nothing is compared."""
     measures = comparison.headlines[signature][:MOST_PANELS]

@@ -7,7 +7,7 @@ from analysis.prose import group_label
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownGroup:
     """A group with its name, marker and colour in plots.
 
     Attributes:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.form import form_of
 from analysis.load import read_records, read_run
 from analysis.plots import Picture, draw
@@ -31,7 +31,7 @@ def sketch(runs: Mapping[str, RunFolder], steps: Sequence[int] | None) -> str:
             f"--svg draws runs of one form (grid, camera or rounds), but these have the form {' and '.join(names)}."
         )
     shown = [
-        (Shown((name,), run.model_place, baseline=False), read_run(run, read_records(run, run.summary())))
+        (ShownGroup((name,), run.model_place, baseline=False), read_run(run, read_records(run, run.summary())))
         for name, run in runs.items()
     ]
     columns = 1 if len(shown) * len(steps or (0,)) == 1 else 2

@@ -11,7 +11,7 @@ import pandas as pd
 
 from analysis.figures.measures import agreed
 from analysis.figures.members import Member
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.paper.gaps import short_names
 from analysis.prose import group_label
 from analysis.stats.intervals import Estimate
@@ -91,7 +91,7 @@ class _Column:
 
 def matrix(
     compared: Comparison,
-    shown: Sequence[Shown],
+    shown: Sequence[ShownGroup],
     members: Sequence[Member],
     validation: pd.DataFrame,
     measures: Sequence[str],
@@ -134,7 +134,7 @@ def matrix(
     )
 
 
-def _worlds(members: Sequence[Member]) -> dict[Shown, str]:
+def _worlds(members: Sequence[Member]) -> dict[ShownGroup, str]:
     first = {member.shown: member.folder for member in reversed(members) if not member.shown.baseline}
     return {shown: str(folder.config()["world"]["name"]) for shown, folder in reversed(first.items())}
 
@@ -146,7 +146,7 @@ def _caption(*, several: bool, bars: bool) -> str:
     return f"{shown}: mean over seeds [95 % interval].{bar}{ends}"
 
 
-def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) -> dict[Shown, Group]:
+def _row_keys(columns: Sequence[str], shown: Sequence[ShownGroup], *, several: bool) -> dict[ShownGroup, Group]:
     """Return for each group the settings that identify its row.
 
     With several worlds, the world is left out, and also the prompt if every world has only one prompt.
@@ -161,7 +161,7 @@ def _row_keys(columns: Sequence[str], shown: Sequence[Shown], *, several: bool) 
     }
 
 
-def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], validation: pd.DataFrame) -> _Column:
+def _of_world(world: str, compared: Comparison, keys: Mapping[ShownGroup, Group], validation: pd.DataFrame) -> _Column:
     known = facts_of(world)
     if known is None:
         return _Column(MatrixColumn(world, "has no score", world=world), {})
@@ -172,12 +172,12 @@ def _of_world(world: str, compared: Comparison, keys: Mapping[Shown, Group], val
     return _Column(head, _estimates(known.score, compared, keys), blind, best)
 
 
-def _of_measure(measure: str, compared: Comparison, keys: Mapping[Shown, Group], worlds: Sequence[str]) -> _Column:
+def _of_measure(measure: str, compared: Comparison, keys: Mapping[ShownGroup, Group], worlds: Sequence[str]) -> _Column:
     head = MatrixColumn(compared.describe(measure).label, measure=measure, world="".join(worlds))
     return _Column(head, _estimates(measure, compared, keys))
 
 
-def _estimates(measure: str, compared: Comparison, keys: Mapping[Shown, Group]) -> dict[Group, Estimate]:
+def _estimates(measure: str, compared: Comparison, keys: Mapping[ShownGroup, Group]) -> dict[Group, Estimate]:
     return {
         key: compared.estimates[measure, condition.group]
         for condition, key in keys.items()

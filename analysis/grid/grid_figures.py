@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.formulas import survival
 from analysis.grid.cascade import NEVER, NOBODY, first_step, trace
 from analysis.grid.grid_run import NO_EXIT, OUTSIDE, GridRun, GridSettings
@@ -30,7 +30,7 @@ MOST_SEEDS = 12
 class Ways:
     """Paths of the agents of a run: columns and rows by state and agent, (T + 1, N) each."""
 
-    shown: Shown
+    shown: ShownGroup
     x: IntArray
     y: IntArray
 
@@ -47,7 +47,7 @@ class GridGroup:
         places: positions of agents by seed, x and y, (2, T + 1, N), for the first `MOST_SEEDS` seeds.
     """
 
-    shown: Shown
+    shown: ShownGroup
     seed: int
     world: GridSettings
     counts: FloatArray = field(init=False)
@@ -99,7 +99,7 @@ class GridGroup:
         return SurvivalCurve(self.shown, curve.mean, curve.low, curve.high, curve.runs)
 
 
-def curve_of(shown: Shown, curves: Sequence[FloatArray], most: float) -> Curve:
+def curve_of(shown: ShownGroup, curves: Sequence[FloatArray], most: float) -> Curve:
     """Return the mean of curves with an interval over curves, up to the end of the shortest curve.
 
     Args:
@@ -176,7 +176,7 @@ def not_warned(run: GridRun) -> FloatArray:
     return curve
 
 
-def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
+def cascade_tree(run: GridRun, shown: ShownGroup) -> CascadeTree:
     """Return the chains of first warnings in a run."""
     warned, _ = find_labels(run)
     perceived_at, warned_at = first_step(run.perceived), first_step(warned)

@@ -5,7 +5,7 @@ from functools import partial
 
 from msgspec.structs import replace
 
-from analysis.figures.shown import Shown, example_caption
+from analysis.figures.shown import ShownGroup, example_caption
 from analysis.form import RunTable
 from analysis.grid.grid_figures import COURSES, MOST_SEEDS, GridGroup, Ways, cascade_tree, divergence
 from analysis.grid.grid_run import GridRun
@@ -21,19 +21,19 @@ class GridFigures:
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._groups: dict[Shown, GridGroup] = {}
+        self._groups: dict[ShownGroup, GridGroup] = {}
 
-    def add(self, shown: Shown, run: GridRun, seed: int) -> None:
+    def add(self, shown: ShownGroup, run: GridRun, seed: int) -> None:
         """Add a run of a group."""
         world = replace(run.world, places=(), fires=()) if run.world.draw_positions else run.world
         self._groups.setdefault(shown, GridGroup(shown, self._seed, world)).add(run, seed)
 
-    def pictures(self, order: Sequence[Shown]) -> list[Picture]:
+    def pictures(self, order: Sequence[ShownGroup]) -> list[Picture]:
         """Return the plots, with the groups in the given order."""
         groups = [self._groups[shown] for shown in order if shown in self._groups]
         return [*_of_all_runs(groups), *self._of_single_runs(order)]
 
-    def tables(self, order: Sequence[Shown]) -> list[RunTable]:
+    def tables(self, order: Sequence[ShownGroup]) -> list[RunTable]:
         """Return a table of each agent's first warning in the example runs; no table if there was no warning."""
         rows = tuple(
             (tree.run, tree.shown.label, str(edge.step), str(edge.sender), str(edge.recipient))
@@ -44,17 +44,17 @@ class GridFigures:
         title, columns = "First warnings, step by step", ("run", "group", "step", "sender", "recipient")
         return [RunTable(title, caption, columns, rows, labels=2)] if rows else []
 
-    def _examples(self, order: Sequence[Shown]) -> list[tuple[Shown, GridRun]]:
+    def _examples(self, order: Sequence[ShownGroup]) -> list[tuple[ShownGroup, GridRun]]:
         examples = ((shown, self._groups[shown].example) for shown in order if shown in self._groups)
         return [(shown, run) for shown, run in examples if run is not None]
 
-    def _trees(self, order: Sequence[Shown]) -> list[CascadeTree]:
+    def _trees(self, order: Sequence[ShownGroup]) -> list[CascadeTree]:
         """Return the chains of first warnings in the example runs; none if no agent perceives a fire."""
         examples = self._examples(order)
         alarmed = any(run.perceived.any() for _, run in examples)
         return [cascade_tree(run, shown) for shown, run in examples] if alarmed else []
 
-    def _of_single_runs(self, order: Sequence[Shown]) -> list[Picture]:
+    def _of_single_runs(self, order: Sequence[ShownGroup]) -> list[Picture]:
         fixed, pictures = example_caption(self._seed), []
         trees = self._trees(order)
         if trees:

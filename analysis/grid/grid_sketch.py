@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from msgspec.structs import replace
 
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.grid.grid_run import GridRun
 from analysis.grid.plots.occupancy import draw_paths, draw_world
 from analysis.plots import style
@@ -20,7 +20,7 @@ _MOST_ACROSS = 6
 _DOT_PT, _NUMBER_PT = 7.5, 4.2
 
 
-def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -> Figure:
+def sketch(runs: Sequence[tuple[ShownGroup, GridRun]], steps: Sequence[int] | None) -> Figure:
     """Return a figure with a panel per run and step; without steps, a panel per run with the agents' whole paths."""
     panels = [(shown, run, step) for shown, run in runs for step in steps or (None,)]
     in_row = len(steps) if steps and len(steps) > 1 else len(runs)
@@ -45,7 +45,7 @@ def sketch(runs: Sequence[tuple[Shown, GridRun]], steps: Sequence[int] | None) -
     return figure
 
 
-def draw_state(ax: Axes, shown: Shown, run: GridRun, step: int) -> Axes:
+def draw_state(ax: Axes, shown: ShownGroup, run: GridRun, step: int) -> Axes:
     """Draw the agents with their ids after a step, and each agent's last move; `×3` marks a cell with three agents."""
     burning = tuple(fire for fire in run.world.fires if fire.start <= step)
     draw_world(ax, replace(run.world, fires=burning), style.PLACE)

@@ -46,7 +46,7 @@ The key contains the number of the sample, the model, the stratum, and whether t
 
 
 @dataclass(frozen=True)
-class Weighed:
+class WeighedText:
     """A text labelled by people.
 
     Attributes:
@@ -77,7 +77,7 @@ class Correction:
     label: Label
     people: tuple[str, ...]
     texts: int
-    by_run: Mapping[str, tuple[Weighed, ...]]
+    by_run: Mapping[str, tuple[WeighedText, ...]]
     known: Mapping[bytes, Mapping[str, float]]
     rates: Mapping[CellKey, FloatArray]
     strata_of_run: Mapping[str, tuple[int, str]]
@@ -193,7 +193,7 @@ def _correction(
     models: Mapping[str, str],
 ) -> Correction:
     sample = labels.sample
-    by_run: dict[str, list[Weighed]] = {}
+    by_run: dict[str, list[WeighedText]] = {}
     counts: dict[CellKey, Counter[str]] = {}
     together: dict[tuple[int, str, str], Counter[str]] = {}
     known: dict[bytes, Mapping[str, float]] = {}
@@ -202,7 +202,9 @@ def _correction(
             continue
         stratum = sample.strata[drawn.stratum]
         weight = stratum.size / labelled[drawn.stratum]
-        by_run.setdefault(drawn.run, []).append(Weighed(drawn.step, drawn.agent, drawn.kind, clear[drawn.item], weight))
+        by_run.setdefault(drawn.run, []).append(
+            WeighedText(drawn.step, drawn.agent, drawn.kind, clear[drawn.item], weight)
+        )
         known[content_of(drawn.text, drawn.context)] = clear[drawn.item]
         key = stratum.draw, stratum.model, stratum.says
         counts.setdefault((*key, drawn.aware), Counter()).update(clear[drawn.item])

@@ -19,7 +19,7 @@ from analysis.tables.texts import number, remove_table, with_interval, write_tab
 from foundry.labels.definition import UNCLEAR, Label, label_files, label_named
 from foundry.labels.folder import LabelFolder, Labels, label_names
 from foundry.labels.items import content_of
-from foundry.labels.sampling import Drawn
+from foundry.labels.sampling import SampledText
 from foundry.storing.store import SweepFolder, ensure_writable
 
 NAME = "labellers"
@@ -110,12 +110,12 @@ def _agreed(sweep: SweepFolder, label: Label) -> Iterator[dict[str, Any]]:
         yield _together(label, {**people, **models}, drawn)
 
 
-def _clear(labels: LabelsByItem, drawn: Mapping[str, Drawn]) -> dict[str, str]:
+def _clear(labels: LabelsByItem, drawn: Mapping[str, SampledText]) -> dict[str, str]:
     return {item: said for item, said in labels.items() if said != UNCLEAR and item in drawn}
 
 
 def _pair(
-    label: Label, first: str, second: str, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]
+    label: Label, first: str, second: str, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, SampledText]
 ) -> dict[str, Any]:
     both = [item for item in labels[first] if item in labels[second]]
     names = sorted({labels[name][item] for name in (first, second) for item in both})
@@ -127,7 +127,7 @@ def _pair(
     return _row(label, first, second, seeds, same, clustered_kappa(labels_of_first, labels_of_second, seeds))
 
 
-def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, Drawn]) -> dict[str, Any]:
+def _together(label: Label, labels: Mapping[str, LabelsByItem], drawn: Mapping[str, SampledText]) -> dict[str, Any]:
     by_item = {item: Counter(own[item] for own in labels.values() if item in own) for item in drawn}
     several = {item: counts for item, counts in by_item.items() if counts.total() > 1}
     names = sorted({name for counts in several.values() for name in counts})

@@ -31,7 +31,7 @@ _GROUPS = ("signatures", "forms")
 
 
 @dataclass(frozen=True)
-class Measured:
+class RunMeasurements:
     """The results of measuring one run.
 
     Attributes:
@@ -64,7 +64,7 @@ class Memory:
     def __contains__(self, key: str) -> bool:
         return key in self._known
 
-    def recall(self, key: str) -> Measured | None:
+    def recall(self, key: str) -> RunMeasurements | None:
         """Return the results under a key, or None if there are none or they cannot be read."""
         measured = None
         with self._giving_up():
@@ -75,11 +75,11 @@ class Memory:
         measures, steps = measured
         with pa.ipc.open_stream(steps) as reader:
             numbers, events, copies = msgspec.msgpack.decode(measures, type=_Kept)
-            return Measured(
+            return RunMeasurements(
                 numbers, reader.read_all(), events, {name: np.array(values) for name, values in copies.items()}
             )
 
-    def keep(self, key: str, measured: Measured) -> None:
+    def keep(self, key: str, measured: RunMeasurements) -> None:
         """Store the results of a complete run."""
         assert measured.steps is not None
         if not self._usable:

@@ -24,7 +24,7 @@ from analysis.lines import COMPLETE, FAILED, last_step
 from analysis.load import further_factors, identity, measurable, status
 from analysis.measuring.certainty import columns_of, probabilities_of, with_certainty
 from analysis.measuring.events import Event, failure, unreadable_replies
-from analysis.measuring.memory import Measured, Memory, key_of
+from analysis.measuring.memory import Memory, RunMeasurements, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
 from foundry.declared import Actions
@@ -164,7 +164,7 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
     memory.forget_others(seen)
 
 
-def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
+def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[RunMeasurements]:
     if len(fresh) < PARALLEL_FROM:
         yield from (_measured(folder, source.labelling) for folder in fresh)
         return
@@ -177,7 +177,7 @@ def _measure_fresh(source: Source, fresh: Sequence[RunFolder]) -> Iterator[Measu
         yield from results
 
 
-def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
+def _measure_part(labelling: Labelling, part: SweepFolder, own: Sequence[Path]) -> list[RunMeasurements]:
     """Measure some runs of a sweep in another process, after telling it the folders of your own parts."""
     use_only(own)
     return [_measured(folder, labelling) for folder in part.runs()]
@@ -193,13 +193,13 @@ def measure_run(folder: RunFolder, source: Source) -> RunResult:
     return _described(folder, source, _measured(folder, source.labelling))
 
 
-def _measured(folder: RunFolder, labelling: Labelling) -> Measured:
+def _measured(folder: RunFolder, labelling: Labelling) -> RunMeasurements:
     summary = folder.summary()
     ended = status(folder, summary)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
     whole = measurable(folder, summary)
     if whole is None:
-        return Measured(measures, None, failure(summary, last_step(folder)) if ended == FAILED else [])
+        return RunMeasurements(measures, None, failure(summary, last_step(folder)) if ended == FAILED else [])
     form, run = whole.form, whole.form.labelled(whole.run, labelling)
     general: AnyRun = run if form.run is AnyRun else general_run(folder, whole.records)
     texts = {own.label.name: labelled_texts(folder, own) for own in labelling.own}
@@ -208,10 +208,10 @@ def _measured(folder: RunFolder, labelling: Labelling) -> Measured:
     corrected, copies = signatures.corrected(run, measures, labelling.corrections)
     events = [*unreadable_replies(general), *form.events(run)]
     steps = steps_table(folder.id, whole.records, form.schema(folder.declared))
-    return Measured(measures | corrected, with_certainty(steps, general.probabilities), events, copies)
+    return RunMeasurements(measures | corrected, with_certainty(steps, general.probabilities), events, copies)
 
 
-def _described(folder: RunFolder, source: Source, measured: Measured) -> RunResult:
+def _described(folder: RunFolder, source: Source, measured: RunMeasurements) -> RunResult:
     keys = identity(folder)
     return RunResult(
         sweep=source.name,

@@ -32,7 +32,7 @@ LEAST_TABLE = 4
 
 
 @dataclass(frozen=True)
-class Told:
+class EndingContent:
     """The content of the lines with which an analysis ends on a terminal.
 
     Attributes:
@@ -58,7 +58,7 @@ class Told:
     matrix: Matrix | None = None
 
 
-def ending(results: Told, width: int, printed: int = 0) -> list[str]:
+def ending(results: EndingContent, width: int, printed: int = 0) -> list[str]:
     """Return the last lines of an analysis; with the `printed` lines above them, they are at most MOST_LINES lines."""
     width = min(width, WIDEST)
     study = [*wrapped(results.study, width), *_of_thresholds(results, width)]
@@ -86,7 +86,7 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
     )
 
 
-def _of_thresholds(results: Told, width: int) -> list[str]:
+def _of_thresholds(results: EndingContent, width: int) -> list[str]:
     shown = results.thresholds[:MOST_THRESHOLDS]
     lines = [line for sentence in shown for line in wrapped(sentence, width, "", "  ")]
     left = len(results.thresholds) - len(shown)
@@ -127,7 +127,7 @@ class _Shown:
         main: factor in the table of gaps: the model, or else the first factor.
     """
 
-    told: Told
+    told: EndingContent
     rows: Sequence[Row]
     ranked: Sequence[Finding]
     sides: Sides
@@ -137,7 +137,7 @@ class _Shown:
     width: int
 
     @classmethod
-    def of(cls, results: Told, rows: Sequence[Row], width: int) -> "_Shown":
+    def of(cls, results: EndingContent, rows: Sequence[Row], width: int) -> "_Shown":
         factors = sorted(dict.fromkeys(str(row["factor"]) for row in rows), key=lambda factor: factor != MODEL)
         names: dict[str, str] = {}
         for factor in factors:
@@ -286,7 +286,7 @@ def means_of(compared: Comparison, declared: Sequence[str]) -> list[tuple[str, s
     return [(name, with_interval(cell.mean, cell.low, cell.high)) for name, cell in cells.items()]
 
 
-def _alone(results: Told, width: int, room: int) -> list[str]:
+def _alone(results: EndingContent, width: int, room: int) -> list[str]:
     head = wrapped(f"{results.alone} Means over seeds [95 %]:" if results.means else results.alone, width)
     lines = [f"  {line}" for line in aligned(results.means)] if results.means else []
     left = len(lines) + len(head) - room

@@ -12,7 +12,7 @@ import pandas as pd
 from analysis.figures.members import Member
 from analysis.form import FormAnalysis
 from analysis.labelling import Labelling
-from analysis.planned.holding import Held
+from analysis.planned.holding import PlanCheck
 from analysis.prose import joined
 from analysis.report.templating import rendered
 from analysis.stats.contrasts import ALPHA
@@ -47,7 +47,7 @@ class Basis:
     comparison: pd.DataFrame
     contrasts: pd.DataFrame
     fingerprint: Fingerprint
-    planned: Held | None = None
+    planned: PlanCheck | None = None
     filtered: str = ""
 
 

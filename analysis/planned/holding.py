@@ -20,7 +20,7 @@ from foundry.version import __version__
 
 
 @dataclass(frozen=True)
-class Held:
+class PlanCheck:
     """A preregistration compared with the runs."""
 
     declared: Preregistration
@@ -59,7 +59,7 @@ def open_rows(contrasts: pd.DataFrame) -> list[str]:
 
 def plans_of(
     sweeps: Sequence[SweepFolder], table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
-) -> tuple[Held | None, list[str]]:
+) -> tuple[PlanCheck | None, list[str]]:
     """Return the first plan among the sweeps, and notes on other plans, which are not used.
 
     Raises:
@@ -67,7 +67,7 @@ def plans_of(
         RecordError: a file cannot be read.
     """
     notes: list[str] = []
-    first: Held | None = None
+    first: PlanCheck | None = None
     for sweep in sweeps:
         file = sweep.path / PREREGISTRATION_FILE
         late = made_late(sweep)
@@ -109,7 +109,7 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
     return ""
 
 
-def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
+def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> PlanCheck | None:
     """Return the preregistration of a sweep compared with its runs, or None if it has none.
 
     Raises:
@@ -137,7 +137,7 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         changed=frozenset(_changed(declared)),
         known=declared.known,
     )
-    return Held(declared, sha256, plan, tuple(_differences(declared, plan, sweep, table, keys)))
+    return PlanCheck(declared, sha256, plan, tuple(_differences(declared, plan, sweep, table, keys)))
 
 
 def plan_alone(sweep: SweepFolder, *, asked: bool) -> tuple[Preregistration, str] | None:

@@ -35,7 +35,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnPicture:
     """A picture in the requested formats; the fields of other formats are empty."""
 
     picture: Picture
@@ -44,7 +44,7 @@ class Drawn:
     png: bytes = b""
 
 
-def draw(picture: Picture, *formats: str, columns: int = 1, dense: float = math.inf) -> Drawn:
+def draw(picture: Picture, *formats: str, columns: int = 1, dense: float = math.inf) -> DrawnPicture:
     """Draw a picture; the same picture always gives the same bytes.
 
     Args:
@@ -59,10 +59,10 @@ def draw(picture: Picture, *formats: str, columns: int = 1, dense: float = math.
         svg = svg_text(figure, picture.name) if "svg" in formats else ""
         pdf = pdf_bytes(figure) if "pdf" in formats else b""
         png = png_bytes(figure) if "png" in formats or len(svg) > dense else b""
-        return Drawn(picture, svg, pdf, png)
+        return DrawnPicture(picture, svg, pdf, png)
 
 
-def write(drawn: Drawn, folder: Path) -> list[Path]:
+def write(drawn: DrawnPicture, folder: Path) -> list[Path]:
     """Write a picture and its data into a folder, and return the files."""
     from analysis.plots.data import csv_of
 

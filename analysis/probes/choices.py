@@ -36,7 +36,7 @@ Chosen: TypeAlias = dict[MomentKey, Counter[str]]
 """Count of each choice by moment. Probabilities are scaled to counts with the sum `foundry.storing.probed.ANSWERS`."""
 
 
-class Asked(NamedTuple):
+class ProbeCondition(NamedTuple):
     """A way of asking: a subject (a model with its prompt), an edit, and a format of the prompt."""
 
     subject: Subject
@@ -87,24 +87,24 @@ class Answers:
         told: moments with shares from probabilities, with the number of calls and the error of the shares.
     """
 
-    chosen: Mapping[Asked, Chosen]
+    chosen: Mapping[ProbeCondition, Chosen]
     changes: Mapping[str, Change]
     formats: tuple[str, ...]
     names: Mapping[Subject, str]
     missing: int
-    told: Mapping[tuple[Asked, MomentKey], Choices] = field(default_factory=dict)
+    told: Mapping[tuple[ProbeCondition, MomentKey], Choices] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
         """Number of answers."""
         return sum(self.called(asked, key).total() for asked, moments in self.chosen.items() for key in moments)
 
-    def called(self, asked: Asked, key: MomentKey) -> Counter[str]:
+    def called(self, asked: ProbeCondition, key: MomentKey) -> Counter[str]:
         """Return how many calls in a moment gave each choice."""
         by_probability = self.told.get((asked, key))
         return self.chosen[asked][key] if by_probability is None else by_probability.called
 
-    def shares(self, asked: Asked, key: MomentKey) -> Mapping[str, float]:
+    def shares(self, asked: ProbeCondition, key: MomentKey) -> Mapping[str, float]:
         """Return the share of each choice in a moment."""
         counts, by_probability = self.chosen[asked][key], self.told.get((asked, key))
         return (
@@ -113,13 +113,13 @@ class Answers:
             else by_probability.expected
         )
 
-    def by(self, asked: Asked, key: MomentKey) -> str:
+    def by(self, asked: ProbeCondition, key: MomentKey) -> str:
         """Return whether the shares of choices in a moment come from probabilities or from repeated calls."""
         return PROBABILITIES if (asked, key) in self.told else REPEATS
 
     def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
         """Return a subject's choices under an edit and a format; empty if the subject was not asked so."""
-        return self.chosen.get(Asked(subject, edit, format), {})
+        return self.chosen.get(ProbeCondition(subject, edit, format), {})
 
     def edited(self) -> Iterator[tuple[Subject, Change]]:
         """Yield each pair of a subject (a model with its prompt) and an edit."""
@@ -136,8 +136,8 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
     Raises:
         RecordError: a file is damaged.
     """
-    chosen: dict[Asked, Chosen] = defaultdict(dict)
-    probabilities: dict[tuple[Asked, MomentKey], Choices] = {}
+    chosen: dict[ProbeCondition, Chosen] = defaultdict(dict)
+    probabilities: dict[tuple[ProbeCondition, MomentKey], Choices] = {}
     formats: dict[str, None] = {}
     changes: dict[str, Change] = {}
     missing = 0
@@ -149,7 +149,7 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
             missing += 1
             continue
         formats.setdefault(written := format_of(config["prompt"]))
-        asked = Asked(Subject.of(config), edit["name"], written)
+        asked = ProbeCondition(Subject.of(config), edit["name"], written)
         for place, choices in choices_in(run).items():
             key = MomentKey(config["seed"], *place)
             chosen[asked][key] = choices.counts

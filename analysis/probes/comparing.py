@@ -11,7 +11,7 @@ import pandas as pd
 
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Chosen, MomentKey
-from analysis.probes.distance import Apart, apart
+from analysis.probes.distance import ChoiceDistance, apart
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import estimate
 from analysis.stats.pairing import hedges_g_z, superiority
@@ -35,7 +35,7 @@ FIGURES = (
 class Compared:
     """The distance between two sets of choices, in each moment that both have."""
 
-    moments: Mapping[MomentKey, Apart]
+    moments: Mapping[MomentKey, ChoiceDistance]
 
     @classmethod
     def of(cls, first: Chosen, second: Chosen, what: str) -> "Compared":

@@ -20,7 +20,7 @@ _TIES = 1e-12
 
 
 @dataclass(frozen=True)
-class Apart:
+class ChoiceDistance:
     """The distance between two samples of choices in one moment.
 
     Attributes:
@@ -39,7 +39,7 @@ class Apart:
         return self.distance - self.floor
 
 
-def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> Apart:
+def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> ChoiceDistance:
     """Compare two non-empty samples; without a random generator, `p` is NaN."""
     m, n = first.total(), second.total()
     choices = sorted(first.keys() | second.keys())
@@ -47,7 +47,7 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator | None) -> A
     b = np.array([second[choice] for choice in choices], dtype=np.int64)
     distance = 0.5 * float(np.abs(a / m - b / n).sum())
     floor = 0.5 * sum(expected_gap(int(count), m, n) for count in a + b)
-    return Apart(distance, floor, math.nan if rng is None else _p(a + b, m, n, distance, rng))
+    return ChoiceDistance(distance, floor, math.nan if rng is None else _p(a + b, m, n, distance, rng))
 
 
 @lru_cache(maxsize=65536)

@@ -36,7 +36,7 @@ ORDERS = (
 
 
 @dataclass(frozen=True)
-class Formatted:
+class ChoicesByFormat:
     """A subject's choices in one kind of question, in the moments that were asked in every format.
 
     Attributes:
@@ -95,21 +95,21 @@ def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.D
     return frame, pd.DataFrame(orders, columns=list(ORDERS))
 
 
-def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | None:
+def _formatted(answers: Answers, subject: Subject, kind: str) -> ChoicesByFormat | None:
     asked = [answers.of(subject, format=format_name) for format_name in answers.formats]
     keys = sorted(key for key in asked[0] if key.kind == kind and _is_alike(key, asked))
     if not keys:
         return None
     choices = sorted({choice for chosen in asked for key in keys for choice in chosen[key]})
     counts = [[[chosen[key][choice] for choice in choices] for chosen in asked] for key in keys]
-    return Formatted(np.array(counts, dtype=np.int64), tuple(choices), np.array([key.seed for key in keys]))
+    return ChoicesByFormat(np.array(counts, dtype=np.int64), tuple(choices), np.array([key.seed for key in keys]))
 
 
 def _is_alike(key: MomentKey, asked: Sequence[Chosen]) -> bool:
     return all(key in chosen and chosen[key].total() == asked[0][key].total() for chosen in asked)
 
 
-def _spread_rows(formatted: Formatted, formats: Sequence[str]) -> Iterator[dict[str, Any]]:
+def _spread_rows(formatted: ChoicesByFormat, formats: Sequence[str]) -> Iterator[dict[str, Any]]:
     for choice in formatted.choices:
         counts = formatted.of(choice)
         shares = formatted.by_seed(counts / formatted.asked[:, None])
@@ -156,7 +156,7 @@ def _dealt(counts: IntArray, asked: IntArray, rng: Generator) -> IntArray:
     return np.stack(drawn, axis=-1)
 
 
-def _by_seed_dealt(formatted: Formatted, counts: IntArray, rng: Generator) -> FloatArray:
+def _by_seed_dealt(formatted: ChoicesByFormat, counts: IntArray, rng: Generator) -> FloatArray:
     """Deal the answers of each moment to the formats at random, again and again.
 
     Return the mean share of a choice for each draw, seed and format, (draws, seeds, formats).
@@ -165,7 +165,7 @@ def _by_seed_dealt(formatted: Formatted, counts: IntArray, rng: Generator) -> Fl
     return np.moveaxis(formatted.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
 
 
-def _variance_by_chance(formatted: Formatted, counts: IntArray) -> FloatArray:
+def _variance_by_chance(formatted: ChoicesByFormat, counts: IntArray) -> FloatArray:
     """Return for each seed how much the share of a choice would vary between formats by chance alone, (seeds,).
 
     Let k of the F n answers in a moment be a given choice, and p = k / F n. The counts in the formats are
@@ -179,7 +179,7 @@ def _variance_by_chance(formatted: Formatted, counts: IntArray) -> FloatArray:
     return formatted.by_seed(by_moment) / moments
 
 
-def _order_rows(first: Formatted, second: Formatted) -> Iterator[dict[str, Any]]:
+def _order_rows(first: ChoicesByFormat, second: ChoicesByFormat) -> Iterator[dict[str, Any]]:
     seeds = np.intersect1d(first.seeds, second.seeds)
     for choice in dict.fromkeys([*first.choices, *second.choices]):
         pair = [

@@ -9,7 +9,7 @@ import msgspec
 import pandas as pd
 
 from analysis.filtering import Filter, value_text
-from analysis.probes.choices import NONE, Answers, Asked, MomentKey
+from analysis.probes.choices import NONE, Answers, MomentKey, ProbeCondition
 from foundry.errors import InputError, RecordError, not_found
 from foundry.records import NOT_JSON
 
@@ -87,7 +87,7 @@ def narrowed(answers: Answers, strata: Strata, chosen: Filter) -> Answers:
     )
 
 
-def _values(answers: Answers, asked: Asked, key: MomentKey, strata: Strata) -> Values:
+def _values(answers: Answers, asked: ProbeCondition, key: MomentKey, strata: Strata) -> Values:
     model, prompt, sampling_seed = asked.subject
     moment = {**strata.get(key[1:], {}), **key._asdict()}
     return {name: {value_text(value)} for name, value in moment.items()} | {

@@ -12,7 +12,7 @@ import pandas as pd
 from analysis.arrays import BoolArray
 from analysis.lines import COMPLETE
 from analysis.load import status
-from analysis.planned.holding import Held, made_late, other_versions, plan_alone
+from analysis.planned.holding import PlanCheck, made_late, other_versions, plan_alone
 from analysis.probes.choices import NONE, Answers, Subject
 from analysis.probes.comparing import ALL
 from analysis.stats.contrasts import ALPHA
@@ -161,7 +161,7 @@ def declared_probe(
     )
 
 
-def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, list[str]]:
+def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[PlanCheck | None, list[str]]:
     """Return the plan of a probe, compared with its runs, and notes on a plan that cannot be used.
 
     Args:
@@ -180,7 +180,7 @@ def held_probe(folder: SweepFolder, asked: Sequence[str]) -> tuple[Held | None, 
     declared, sha256 = plan_and_hash
     names, looks = tuple(measure.name for measure in declared.measures), tuple(look.seeds for look in declared.looks)
     plan = Plan(names, frozenset(), looks, tuple(declared.seeds), reached=1, known=declared.known)
-    return Held(declared, sha256, plan, tuple(_differences(declared, folder))), []
+    return PlanCheck(declared, sha256, plan, tuple(_differences(declared, folder))), []
 
 
 def _differences(plan: Preregistration, folder: SweepFolder) -> Iterator[str]:

@@ -13,7 +13,7 @@ from analysis.filtering import Filter
 from analysis.findings.finding_records import FindingRecord, write_findings
 from analysis.findings.ranking import findings
 from analysis.findings.recording import records_of
-from analysis.paper.ending import Told, ending
+from analysis.paper.ending import EndingContent, ending
 from analysis.paper.sentence import Row, Sides
 from analysis.paper.summary import summary_of
 from analysis.plots import draw, write
@@ -22,7 +22,7 @@ from analysis.probes.choices import Answers, MomentKey, read_answers
 from analysis.probes.comparing import Compared, compared_edits, compared_pairs, framed
 from analysis.probes.curves import curve_tables
 from analysis.probes.differences import CAPTION, DISTANCES, contrasts_of, sides_of
-from analysis.probes.distance import Apart
+from analysis.probes.distance import ChoiceDistance
 from analysis.probes.formats import format_tables
 from analysis.probes.layouts import LAYOUTS
 from analysis.probes.narrowing import narrowed, strata_of, with_strata
@@ -59,7 +59,7 @@ class ProbeAnalysis:
     contrasts: pd.DataFrame
     tables: tuple[Table, ...]
     notes: tuple[str, ...]
-    furthest: Mapping[MomentKey, Apart]
+    furthest: Mapping[MomentKey, ChoiceDistance]
     planned: bool
     filtered: str
     written: tuple[Path, ...] = ()
@@ -121,7 +121,7 @@ class ProbeAnalysis:
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
         """Return the last lines of the analysis on a terminal; see `analysis.paper.ending`."""
         (folder,) = folders
-        results = Told(
+        results = EndingContent(
             contrasts=self.contrasts,
             sides=self.sides,
             notes=self.notes,
@@ -241,12 +241,12 @@ def _moments(answers: Answers) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "format", "choice", "count", "share", "by"])
 
 
-def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
+def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, ChoiceDistance]:
     """Return the moments in which models differ most, with the mean distance between models and the mean floor.
 
     The order is by the distance minus the floor, as a mean over the pairs of models.
     """
-    by_moment: dict[MomentKey, list[Apart]] = {}
+    by_moment: dict[MomentKey, list[ChoiceDistance]] = {}
     for compared in pairs:
         for key, apart in compared.moments.items():
             by_moment.setdefault(key, []).append(apart)
@@ -254,7 +254,9 @@ def _furthest(pairs: Sequence[Compared]) -> dict[MomentKey, Apart]:
         key: np.sum([(distance.distance, distance.floor) for distance in distances], axis=0)
         for key, distances in by_moment.items()
     }
-    means = {key: Apart(float(gap[0]) / len(pairs), float(gap[1]) / len(pairs), np.nan) for key, gap in sums.items()}
+    means = {
+        key: ChoiceDistance(float(gap[0]) / len(pairs), float(gap[1]) / len(pairs), np.nan) for key, gap in sums.items()
+    }
     order = sorted(means, key=lambda key: (-means[key].excess, -means[key].distance, key))
     return {key: means[key] for key in order[:MOST_SHOWN]}
 

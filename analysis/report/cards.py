@@ -9,7 +9,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.findings.finding_records import FindingRecord
 from analysis.findings.moments import Moment
 from analysis.load import measurable
@@ -110,7 +110,7 @@ def _of_another_context(finding: FindingRecord, chosen: Sequence[FindingRecord])
     return _of_another_signature(finding, chosen) and (not finding.context or finding.context not in others)
 
 
-def mark(shown: Shown, name: str) -> Mark:
+def mark(shown: ShownGroup, name: str) -> Mark:
     """Return the name, the marker and the colour of a group."""
     group = look(shown.index, baseline=shown.baseline)
     marker = group.marker

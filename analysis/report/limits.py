@@ -6,7 +6,7 @@ from analysis.paper.methods import counted_names
 from analysis.prose import joined
 from analysis.report.material import Material
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
-from foundry.storing.determinism import told_of
+from foundry.storing.determinism import model_repeats
 from foundry.storing.standing import unread
 from foundry.storing.store import is_served
 
@@ -53,7 +53,9 @@ def _of_numbers(material: Material) -> list[str]:
 
 
 def _of_servers(material: Material) -> list[str]:
-    return [f"{result.line()}." for sweep in material.sweeps for result in told_of(sweep) if result.repeats is None]
+    return [
+        f"{result.line()}." for sweep in material.sweeps for result in model_repeats(sweep) if result.repeats is None
+    ]
 
 
 def _of_baselines(material: Material) -> list[str]:

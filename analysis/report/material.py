@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.figures.examples import Examples, examples
 from analysis.figures.members import Member
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.form import FormAnalysis, forms_of
 from analysis.labelling import Labelling, labelling_of
 from analysis.load import Folders, folders_of
@@ -31,7 +31,7 @@ class Material:
     examples: Examples
 
     @property
-    def shown(self) -> tuple[Shown, ...]:
+    def shown(self) -> tuple[ShownGroup, ...]:
         """The groups of runs; the baselines are last."""
         return self.analysis.shown
 
@@ -56,11 +56,11 @@ class Material:
         return basis_of(self.analysis, self.labelled_by)
 
     @property
-    def own(self) -> list[Shown]:
+    def own(self) -> list[ShownGroup]:
         """The groups other than baselines."""
         return [shown for shown in self.shown if not shown.baseline]
 
-    def of(self, shown: Shown) -> list[Member]:
+    def of(self, shown: ShownGroup) -> list[Member]:
         """Return the runs of a group."""
         return [member for member in self.members if member.shown == shown]
 

@@ -8,15 +8,15 @@ from pathlib import Path
 from urllib.parse import quote
 
 from analysis.figures.members import Member
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.prose import percent
 from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
 from analysis.tables.texts import alike
 from foundry.canary import Canary, Distance
 from foundry.records import reused_share
-from foundry.storing.determinism import Repeats, told_of
-from foundry.storing.store import Asked, SweepFolder, leaves
+from foundry.storing.determinism import Repeats, model_repeats
+from foundry.storing.store import SweepCommand, SweepFolder, leaves
 
 _HOW_REACHED = ("server", "name", "_target_")
 """Settings of a model that are not shown, because they do not affect its answers."""
@@ -47,7 +47,7 @@ def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
     ]
 
 
-def _added(asked: Asked) -> str:
+def _added(asked: SweepCommand) -> str:
     return f"{asked.runs} runs" + (f", {asked.when.partition('T')[0]}" if asked.when else "")
 
 
@@ -113,7 +113,7 @@ def canary_grid(material: Material) -> Grid | None:
 
 def determinism_grid(sweeps: Iterable[SweepFolder]) -> Grid | None:
     """Return a table: how often a server gave the same reply to a repeated call. None if this was not measured."""
-    results = [result for sweep in sweeps for result in told_of(sweep)]
+    results = [result for sweep in sweeps for result in model_repeats(sweep)]
     rows = [(result.name, *_repeated(result.repeats)) for result in results if result.repeats is not None]
     if not rows:
         return None
@@ -182,7 +182,7 @@ def ledger_grid(material: Material) -> Grid:
     return grid("Runs of each group by status, and the unreadable decisions of these runs.", columns, rows)
 
 
-def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
+def _ledger(shown: ShownGroup, mine: Sequence[Member]) -> tuple[str, ...]:
     complete, failed = sum(member.complete for member in mine), sum(member.failed for member in mine)
     decisions, unreadable = sum(member.decisions for member in mine), sum(member.unreadable for member in mine)
     share = percent(unreadable / decisions) if decisions else "-"

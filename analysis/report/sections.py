@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from analysis.plots import Drawn, Picture, draw, write
+from analysis.plots import DrawnPicture, Picture, draw, write
 from analysis.report.definitions import Definition, definitions
 from analysis.report.grids import Cell, Grid, grid, grid_of
 from analysis.report.material import Material
@@ -74,7 +74,7 @@ def _shape(picture: Picture, folder: Path, base: Path) -> Shape:
     return replace(shape(drawn), links=tuple(Cell(texts[file.suffix], address(file, base)) for file in files))
 
 
-def shape(drawn: Drawn) -> Shape:
+def shape(drawn: DrawnPicture) -> Shape:
     """Return a drawn picture for the page, without links."""
     source = f"data:image/png;base64,{base64.b64encode(drawn.png).decode()}"
     dense = bool(drawn.png) and len(drawn.svg) > max(DENSE, len(source))

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from analysis.arrays import FloatArray
-from analysis.figures.shown import Shown, example_caption
+from analysis.figures.shown import ShownGroup, example_caption
 from analysis.form import RunTable
 from analysis.plots import Picture
 from analysis.plots.panel import Scale
@@ -24,11 +24,11 @@ class RoundsFigures:
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._examples: dict[Shown, RoundsRun] = {}
-        self._curves: dict[tuple[str, str], dict[Shown, list[FloatArray]]] = {}
+        self._examples: dict[ShownGroup, RoundsRun] = {}
+        self._curves: dict[tuple[str, str], dict[ShownGroup, list[FloatArray]]] = {}
         self._actions: dict[str, Actions] = {}
 
-    def add(self, shown: Shown, run: RoundsRun, seed: int) -> None:
+    def add(self, shown: ShownGroup, run: RoundsRun, seed: int) -> None:
         """Collect from a run what the figures of its group need."""
         if seed == self._seed:
             self._examples.setdefault(shown, run)
@@ -38,15 +38,15 @@ class RoundsFigures:
             for label, curve in named.items():
                 self._curves.setdefault((kind, label), {}).setdefault(shown, []).append(curve)
 
-    def pictures(self, order: Sequence[Shown]) -> list[Picture]:
+    def pictures(self, order: Sequence[ShownGroup]) -> list[Picture]:
         """Return two plots for each kind of question, with the groups in the given order."""
         return [picture for kind in self._actions for picture in (self._rounds(kind, order), self._lanes(kind, order))]
 
-    def tables(self, _: Sequence[Shown]) -> list[RunTable]:
+    def tables(self, _: Sequence[ShownGroup]) -> list[RunTable]:
         """Return no tables: the plots show everything."""
         return []
 
-    def _rounds(self, kind: str, order: Sequence[Shown]) -> Picture:
+    def _rounds(self, kind: str, order: Sequence[ShownGroup]) -> Picture:
         caption = "Mean over the agents of a run, then over runs, with its 95 % interval over seeds, by round."
         panels = [(title, [*self._means(kind, label, order)]) for label, title in self._titles(kind)]
         drawn = partial(curves_figure, panels, Scale(*self._bounds(kind)))
@@ -64,7 +64,7 @@ class RoundsFigures:
         telling = [label for label in common if label != known.idle][:MOST_LABELS] or list(known.labels)
         return [(label, f"{kind}: {label} (share)") for label in telling]
 
-    def _means(self, kind: str, label: str, order: Sequence[Shown]) -> Iterator[Curve]:
+    def _means(self, kind: str, label: str, order: Sequence[ShownGroup]) -> Iterator[Curve]:
         by_group = self._curves[kind, label]
         for shown in (condition for condition in order if condition in by_group):
             values = _stacked(by_group[shown])
@@ -77,7 +77,7 @@ class RoundsFigures:
             return 0.0, 1.0
         return (-np.inf if known.low is None else known.low, np.inf if known.high is None else known.high)
 
-    def _lanes(self, kind: str, order: Sequence[Shown]) -> Picture:
+    def _lanes(self, kind: str, order: Sequence[ShownGroup]) -> Picture:
         known = self._actions[kind]
         caption = f"{example_caption(self._seed)} One row per agent, rounds from left to right. White: no decision."
         runs = [(shown, self._examples[shown]) for shown in order if kind in kinds_of(self._examples.get(shown))]
@@ -99,7 +99,7 @@ def values_of(run: RoundsRun, kind: str) -> FloatArray:
     return np.where(run.was_read(kind) & (choices != NONE), choices, np.nan).T
 
 
-def _mean(curves: dict[Shown, list[FloatArray]]) -> float:
+def _mean(curves: dict[ShownGroup, list[FloatArray]]) -> float:
     return float(np.mean([np.nan_to_num(curve).mean() for group in curves.values() for curve in group]))
 
 

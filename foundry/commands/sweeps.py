@@ -19,7 +19,7 @@ from foundry.composing.settings import BASELINES, UNTIL, checked_settings
 from foundry.errors import InputError
 from foundry.expansion import Sweep, with_hosts
 from foundry.records import RunSummary
-from foundry.storing.determinism import told_of
+from foundry.storing.determinism import model_repeats
 from foundry.storing.growing import check_declared, check_digests
 from foundry.storing.preregistration import conditions_of
 from foundry.storing.store import SweepFolder
@@ -28,7 +28,7 @@ from foundry.texts import counted
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
     from foundry.composing.compose import Composed
-    from foundry.composing.preparing import Checked
+    from foundry.composing.preparing import CheckedSweep
     from foundry.models.answers.answers import Answers
     from foundry.models.base import ModelInfo
     from foundry.running.local import Runner
@@ -170,7 +170,7 @@ The arguments of this function are the folder, the settings, the facts about the
 
 
 def run_checked(
-    checked: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
+    checked: CheckedSweep, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
 ) -> int:
     """Prepare the folder of a checked sweep, play its runs, and return the exit code."""
     for line in checked.notes:
@@ -254,7 +254,7 @@ def _print_judged(folder: SweepFolder) -> None:
 
     for replies in unread(folder.runs()):
         print("\n".join(replies.lines()))
-    for server in told_of(folder):
+    for server in model_repeats(folder):
         print(server.line())
 
 
@@ -432,6 +432,6 @@ def _judged(folder: SweepFolder) -> dict[str, Any]:
     repeated = [
         {"model": line.name, "why": line.why or None}
         | {name: line.repeats and getattr(line.repeats, name) for name in ("at_once", "alone", "loaded")}
-        for line in told_of(folder)
+        for line in model_repeats(folder)
     ]
     return {"unread": lost, "determinism": repeated}

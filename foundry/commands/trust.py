@@ -26,7 +26,7 @@ from foundry.storing.store import find_run, runs_at
 
 if TYPE_CHECKING:
     from foundry.trust.comparing import Drift
-    from foundry.trust.verifying import Verdict, Verified
+    from foundry.trust.verifying import Verdict, VerifiedRun
 
 
 @app.command(rich_help_panel=TRUST)
@@ -69,7 +69,7 @@ def verify(
         raise typer.Exit(EXIT_FAILED)
 
 
-def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) -> None:
+def _say_verified(results: Sequence[VerifiedRun], counts: Mapping[Verdict, int]) -> None:
     for verified in results:
         if verified.difference is not None:
             print(for_screen(f"{verified.run} differs: {verified.difference.line()}"))

@@ -122,7 +122,7 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedSweep:
     """A sweep that has passed all checks; nothing of it is on the disk yet."""
 
     composed: Composed
@@ -147,7 +147,7 @@ class Checked:
         return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
 
 
-def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> Checked:
+def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> CheckedSweep:
     """Check everything that can be wrong with a sweep. The function `place` puts paths of this machine into it."""
     if composed.settings.get(UNTIL) is not None:
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")
@@ -163,7 +163,7 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: 
     if there is None:
         infos = identified(sweep, infos, composed.settings["cache"]["path"])
     sweep = declare(sweep, here)
-    return Checked(composed, sweep, infos, runner, [*growing, *notes_of(here)])
+    return CheckedSweep(composed, sweep, infos, runner, [*growing, *notes_of(here)])
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:

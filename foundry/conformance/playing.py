@@ -19,7 +19,7 @@ from foundry.prompts.prompt import Prompt
 from foundry.records import Record
 from foundry.running.build import build
 from foundry.texts import one_line
-from foundry.worlds.base import Answer, Asked, Question, Scenario, World
+from foundry.worlds.base import Answer, Question, QuestionKey, Scenario, World
 
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
@@ -211,8 +211,8 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
         turns.append(Turn(questions, tuple(world.advance(answering(questions))), world.step))
     if world.finished or ahead is None:
         return None
-    answered: dict[Asked, tuple[Question, Answer]] = {}
-    opened: list[Asked] = []
+    answered: dict[QuestionKey, tuple[Question, Answer]] = {}
+    opened: list[QuestionKey] = []
     while not world.finished and len(answered) <= most:
         ready = ahead.ready()
         answered |= {

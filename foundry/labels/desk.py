@@ -12,12 +12,12 @@ from foundry.errors import InputError
 from foundry.labels.definition import UNCLEAR, YES, Label
 from foundry.labels.folder import Entry, LabelFolder
 from foundry.labels.items import content_of
-from foundry.labels.sampling import Drawn, Sample
+from foundry.labels.sampling import Sample, SampledText
 
 _LETTERS = {YES: "y", "no": "n", UNCLEAR: "u"}
 
 
-class Shown(msgspec.Struct, frozen=True, kw_only=True):
+class ShownText(msgspec.Struct, frozen=True, kw_only=True):
     """A text to label, with all that the person sees beside it.
 
     Attributes:
@@ -45,7 +45,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
         can_undo: whether there is a label to undo.
     """
 
-    shown: Shown | None
+    shown: ShownText | None
     done: int
     total: int
     can_undo: bool
@@ -163,13 +163,13 @@ class LabelDesk:
     def _count(self, person: str) -> int:
         return sum(item in self._drawn for item in self._labels[person])
 
-    def _shown(self, drawn: Drawn) -> Shown:
+    def _shown(self, drawn: SampledText) -> ShownText:
         options = (*self._label.options(drawn.context), UNCLEAR)
         is_known = self._label.choices == (YES, "no")
         keys = [_LETTERS[option] if option == UNCLEAR or is_known else str(n) for n, option in enumerate(options, 1)]
         question, *guidance = self._label.asked(drawn.context)
         heard = str(drawn.context.get("told", "")) if "$told" not in self._label.question else ""
-        return Shown(
+        return ShownText(
             item=drawn.item,
             text=drawn.text,
             question=question,

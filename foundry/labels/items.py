@@ -70,7 +70,7 @@ class _Fire(msgspec.Struct):
     name: str
 
 
-class _Said(msgspec.Struct):
+class _LoggedText(msgspec.Struct):
     step: int
     agent: int
     outcome: Outcome
@@ -117,7 +117,7 @@ def _messages_in(run: RunFolder, label: Label) -> Iterator[Item]:
     except msgspec.ValidationError as error:
         raise RecordError(f"The fires in the world of run '{run.id}' cannot be read: {error}") from error
     item, context = _items_of(run), {"fires": fires}
-    lines = lines_of(run.steps_bytes(), _Said, run.stream_path("steps"))
+    lines = lines_of(run.steps_bytes(), _LoggedText, run.stream_path("steps"))
     sighted = ((line.step, line.agent) for line in lines if line.fires)
     aware_from = first_aware(label, context, sighted, _heard_in(run))
     for line in lines:

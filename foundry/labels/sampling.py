@@ -20,7 +20,7 @@ NEAR, REST = "near", "rest"
 _GOLDEN = (5**0.5 - 1) / 2
 
 
-class Drawn(msgspec.Struct, frozen=True, kw_only=True):
+class SampledText(msgspec.Struct, frozen=True, kw_only=True):
     """A text that was drawn for people to label.
 
     Attributes:
@@ -77,7 +77,7 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
     per_model: tuple[int, ...] = ()
     runs: tuple[tuple[str, ...], ...] = ()
     strata: tuple[Stratum, ...] = ()
-    drawn: tuple[Drawn, ...] = ()
+    drawn: tuple[SampledText, ...] = ()
 
 
 def stratum_of(label: Label, text: str, context: Context) -> str:
@@ -126,7 +126,7 @@ def extended(sample: Sample, label: Label, items: Sequence[Item], runs: Iterable
         if item.run in draw_of:
             groups.setdefault((draw_of[item.run], item.model), {}).setdefault(says, []).append(item)
     strata: list[Stratum] = []
-    drawn: list[Drawn] = []
+    drawn: list[SampledText] = []
     for (draw, model), by_stratum in sorted(groups.items(), key=lambda group: group[0][0]):
         shares = shares_of({says: len(some) for says, some in by_stratum.items()}, wanted[draw])
         for says, unsorted in sorted(by_stratum.items()):
@@ -161,9 +161,9 @@ def shares_of(sizes: Mapping[str, int], most: int) -> dict[str, float]:
     return shares
 
 
-def _drawn(item: Item, stratum: int) -> Drawn:
+def _drawn(item: Item, stratum: int) -> SampledText:
     context: Context = {key: value if isinstance(value, tuple) else str(value) for key, value in item.context.items()}
-    return Drawn(
+    return SampledText(
         item=item.id, stratum=stratum, text=item.text, context=dict(context), run=item.run, seed=item.seed,
         step=item.step, agent=item.agent, kind=item.kind, aware=item.aware,
     )  # fmt: skip

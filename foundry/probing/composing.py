@@ -59,7 +59,7 @@ class Probe:
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _ProbeArguments:
     edits: tuple[str, ...]
     moves: tuple[str, ...]
     moments: str
@@ -68,7 +68,7 @@ class _Asked:
     window: int
 
     @classmethod
-    def of(cls, arguments: Sequence[str]) -> "_Asked":
+    def of(cls, arguments: Sequence[str]) -> "_ProbeArguments":
         given = dict(argument.split("=", 1) for argument in arguments if argument.partition("=")[0] in OWN)
         values = {**OWN, **given}
         edits = [name.strip() for name in values["edit"].strip("[]").split(",")]
@@ -119,7 +119,7 @@ def compose_probe(
     Raises:
         InputError: a setting is invalid, or there are no moments.
     """
-    asked = _Asked.of(arguments)
+    asked = _ProbeArguments.of(arguments)
     overrides = [_with_none(argument) for argument in arguments if argument.partition("=")[0] not in OWN]
     runs = _runs(sweeps)
     config = _source_config(runs, overridden(overrides))
@@ -211,7 +211,9 @@ def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> s
     return f"{name} with {difference[0]} {first_value} and {other}"
 
 
-def _moments(asked: _Asked, recorded: Mapping[str, Past], scenario: Scenario) -> tuple[Moments, dict[str, Past]]:
+def _moments(
+    asked: _ProbeArguments, recorded: Mapping[str, Past], scenario: Scenario
+) -> tuple[Moments, dict[str, Past]]:
     if not asked.moments.isdecimal():
         given = listed(Path(asked.moments), recorded)
         return kept_of(given.moments, recorded, given.strata)
@@ -246,7 +248,7 @@ def _sampling_of(model: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedEdit:
     """The numbers of moments, conditions and calls that a probe plans for one edit.
 
     Attributes:
@@ -260,7 +262,7 @@ class Planned:
     calls: int
 
 
-def planned(probe: Probe, scratch: Path) -> Sequence[Planned]:
+def planned(probe: Probe, scratch: Path) -> Sequence[PlannedEdit]:
     """Count the questions of a probe, edit by edit.
 
     Args:
@@ -277,7 +279,7 @@ def planned(probe: Probe, scratch: Path) -> Sequence[Planned]:
     return [_planned(edit, conditions) for edit, conditions in by_edit.items()]
 
 
-def _planned(edit: str, conditions: Sequence[Condition]) -> Planned:
+def _planned(edit: str, conditions: Sequence[Condition]) -> PlannedEdit:
     scenario = cast(ProbeScenario, scenario_of(conditions[0].config))
     moments = sum(scenario.count_moments(seed) for seed in conditions[0].seeds)
-    return Planned(edit, moments, len(conditions), moments * len(conditions) * scenario.repeats)
+    return PlannedEdit(edit, moments, len(conditions), moments * len(conditions) * scenario.repeats)

@@ -15,9 +15,9 @@ from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario
 from foundry.worlds.probe.moments import (
+    LoggedAnswer,
     Moment,
     Moments,
-    Said,
     Source,
     Strata,
     asked_in,
@@ -51,9 +51,9 @@ class Past:
         """Return a copy with only the calls up to and including a step."""
         return Past(self.seed, [call for call in self.calls if call.step <= step])
 
-    def said(self) -> list[Said]:
+    def said(self) -> list[LoggedAnswer]:
         """Return the answers."""
-        return [msgspec.convert(call, Said, from_attributes=True) for call in self.calls]
+        return [msgspec.convert(call, LoggedAnswer, from_attributes=True) for call in self.calls]
 
     def digest(self) -> str:
         """Return the SHA-256 of the answers."""

@@ -20,7 +20,7 @@ from foundry.worlds.probe.moments import Moment, Moments, moments_in
 from foundry.worlds.probe.probe_world import ProbeScenario, ProbeStep
 
 
-class Answered(msgspec.Struct, frozen=True):
+class ConditionAnswers(msgspec.Struct, frozen=True):
     """The choices of one model in a moment, under one edit and with one format.
 
     `model`, `edit` and `format` are indices into the lists that `Overview` contains.
@@ -44,7 +44,7 @@ class Row(msgspec.Struct, frozen=True):
     kind: str
     again: int
     strata: dict[str, str | bool]
-    answered: list[Answered]
+    answered: list[ConditionAnswers]
 
 
 class EditSeen(msgspec.Struct, frozen=True):
@@ -86,7 +86,7 @@ class Replies(msgspec.Struct, frozen=True):
     """A model's answers in one moment, under one edit and with one format.
 
     Attributes:
-        prompt: index into `Seen.prompts`.
+        prompt: index into `SeenMoment.prompts`.
         expected: share of each choice, if it comes from the probabilities of one reply; else empty.
     """
 
@@ -98,7 +98,7 @@ class Replies(msgspec.Struct, frozen=True):
     expected: dict[str, float] = {}
 
 
-class Perceived(msgspec.Struct, frozen=True):
+class PerceivedObservation(msgspec.Struct, frozen=True):
     """The observation of an agent under an edit, and the number of images in the question."""
 
     edit: int
@@ -106,7 +106,7 @@ class Perceived(msgspec.Struct, frozen=True):
     images: int
 
 
-class Seen(msgspec.Struct, frozen=True):
+class SeenMoment(msgspec.Struct, frozen=True):
     """The data of one moment for its page.
 
     Attributes:
@@ -118,7 +118,7 @@ class Seen(msgspec.Struct, frozen=True):
     """
 
     form: str
-    perceived: list[Perceived]
+    perceived: list[PerceivedObservation]
     why: str
     prompts: list[list[dict[str, Any]]]
     answers: list[Replies]
@@ -192,7 +192,7 @@ class SeenProbe:
             RecordError: a recorded file is damaged.
         """
         moments = self.moments
-        answered: dict[Moment, list[Answered]] = {moment: [] for moment in moments.moments}
+        answered: dict[Moment, list[ConditionAnswers]] = {moment: [] for moment in moments.moments}
         missing = 0
         for run in self._runs:
             if not run.folder.is_complete:
@@ -200,7 +200,7 @@ class SeenProbe:
                 continue
             place = self._place(run)
             for moment, choices in self._choices(run).items():
-                answered[moment].append(Answered(*place, dict(choices.counts)))
+                answered[moment].append(ConditionAnswers(*place, dict(choices.counts)))
         strata_shown = moments.strata or ({},) * len(moments.moments)
         rows = [
             Row(
@@ -221,7 +221,7 @@ class SeenProbe:
         """Return the index of a moment in the list of moments."""
         return self.moments.moments.index(Moment(run, step, agent, kind, again))
 
-    def seen(self, number: int, *, plain: bool = False) -> Seen:
+    def seen(self, number: int, *, plain: bool = False) -> SeenMoment:
         """Return the data of a moment for its page.
 
         Args:
@@ -242,7 +242,7 @@ class SeenProbe:
         ]
         perceived, why = self._perceived(moment, self.edits[:1] if plain else self.edits)
         form = self._scenario(self.edits[0].name).source.form if perceived else ""
-        return Seen(form, perceived, why, prompts, answers)
+        return SeenMoment(form, perceived, why, prompts, answers)
 
     def picture(self, number: int, edit: int, image: int) -> bytes:
         """Return an image that an agent sees under an edit, or a picture of the world if the question has no image.
@@ -317,13 +317,13 @@ class SeenProbe:
         prompt = None if first is None else prompts.index(first.messages)
         return Replies(*self._place(run), prompt, replies, expected)
 
-    def _perceived(self, moment: Moment, edits: Sequence[EditSeen]) -> tuple[list[Perceived], str]:
+    def _perceived(self, moment: Moment, edits: Sequence[EditSeen]) -> tuple[list[PerceivedObservation], str]:
         perceived = []
         try:
             for place, edit in enumerate(edits):
                 question = self._scenario(edit.name).asked_at(moment)
                 if question is not None:
-                    perceived.append(Perceived(place, dict(question.observation), len(question.images)))
+                    perceived.append(PerceivedObservation(place, dict(question.observation), len(question.images)))
         except FoundryError as error:
             return [], str(error)
         return perceived, ""

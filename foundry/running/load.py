@@ -15,7 +15,7 @@ ALONE = 4
 
 
 @dataclass(frozen=True)
-class Timed:
+class TimedReply:
     """A reply, and the times at which the server began and ended its work on it, seconds by this machine's clock."""
 
     reply: Reply
@@ -23,23 +23,23 @@ class Timed:
     ended: float
 
 
-async def one_by_one(model: Model, requests: Sequence[Request]) -> list[Timed]:
+async def one_by_one(model: Model, requests: Sequence[Request]) -> list[TimedReply]:
     """Send requests one after another, and return the replies."""
     return [await _timed(model, request) for request in requests]
 
 
-async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
+async def at_once(model: Model, requests: Sequence[Request]) -> list[TimedReply]:
     """Send requests at the same time, and return the replies; after an error, wait for all other replies first."""
     return await seen_through(_timed(model, request) for request in requests)
 
 
-async def _timed(model: Model, request: Request) -> Timed:
+async def _timed(model: Model, request: Request) -> TimedReply:
     """Send a request and measure its time, or take the working time that the server reports."""
     sent = time.perf_counter()
     reply = await model.ask(request)
     ended = time.perf_counter()
     work = reply.timings.get("prompt", 0.0) + reply.timings.get("output", 0.0)
-    return Timed(reply, max(sent, ended - work) if work else sent, ended)
+    return TimedReply(reply, max(sent, ended - work) if work else sent, ended)
 
 
 @dataclass(frozen=True)
@@ -111,13 +111,13 @@ def _mean(counts: Sequence[int | None]) -> float | None:
     return statistics.fmean(known) if known else None
 
 
-def _is_late(burst: Sequence[Timed]) -> bool:
+def _is_late(burst: Sequence[TimedReply]) -> bool:
     """Return whether the median reply took more time on the network than at its server (waiting time included)."""
     timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
     return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 
 
-def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
+def _slots(burst: Sequence[TimedReply], alone_s: float, elapsed_s: float) -> int:
     """Return how many calls a server worked on at once: from the times that it reports, else from the gained time."""
     if not any("output" in timed.reply.timings for timed in burst):
         return max(1, round(alone_s * len(burst) / elapsed_s))

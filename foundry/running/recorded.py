@@ -19,7 +19,7 @@ from foundry.running.build import build
 from foundry.running.replayed import reply_of
 from foundry.storing.matching import place_of
 from foundry.storing.store import SweepFolder, read_calls
-from foundry.worlds.base import Asked, Question
+from foundry.worlds.base import Question, QuestionKey
 
 CALLS = "calls.jsonl.zst"
 NOTHING = "nothing"
@@ -104,7 +104,7 @@ class Departed(RecordError):
 class NotRecorded(RecordError):
     """The replayed episode asks a question that is not in the log of calls."""
 
-    def __init__(self, place: Asked) -> None:
+    def __init__(self, place: QuestionKey) -> None:
         step, agent, kind = place
         super().__init__(f"no answer to the {kind} question of agent {agent} at step {step} is recorded")
         self.place = place
@@ -143,10 +143,10 @@ class RecordedAsker:
 
     def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
         self.calls = list(calls)
-        self._calls: dict[Asked, deque[tuple[int, Call]]] = {}
+        self._calls: dict[QuestionKey, deque[tuple[int, Call]]] = {}
         for number, call in enumerate(self.calls, start=1):
             self._calls.setdefault(place_of(call), deque()).append((number, call))
-        self._asked_for: dict[tuple[Asked, str], Call] = {}
+        self._asked_for: dict[tuple[QuestionKey, str], Call] = {}
         self._asked = asked
         self._keys: list[tuple[Source, RequestKeys]] = []
         self.used = 0

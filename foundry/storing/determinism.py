@@ -45,7 +45,7 @@ class Budget:
         return cls(again, min(in_flight, calls - again, further - 2 * again))
 
 
-class Again(msgspec.Struct, frozen=True, kw_only=True):
+class RepeatResult(msgspec.Struct, frozen=True, kw_only=True):
     """The result of a repeated call.
 
     Attributes:
@@ -64,8 +64,8 @@ class Repeat(msgspec.Struct, frozen=True, kw_only=True):
     step: int
     agent: int
     kind: str
-    alone: Again
-    loaded: Again
+    alone: RepeatResult
+    loaded: RepeatResult
 
 
 class Share(msgspec.Struct, frozen=True):
@@ -131,7 +131,7 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
         return f"{score}; same decision in {alone.decisions} calls alone, and in {loaded.decisions} at once"
 
 
-def _score(repeats: Sequence[Again]) -> Score:
+def _score(repeats: Sequence[RepeatResult]) -> Score:
     decisions = [repeat.alike for repeat in repeats if repeat.alike is not None]
     return Score(
         Share(sum(repeat.text is None for repeat in repeats), len(repeats)), Share(sum(decisions), len(decisions))
@@ -187,7 +187,7 @@ def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
 
 
 @dataclass(frozen=True)
-class Told:
+class ModelRepeats:
     """The name of a served model, and its measurement or the reason why it was not measured."""
 
     name: str
@@ -200,10 +200,10 @@ class Told:
         return f"{visible(self.name)}: {said}"
 
 
-def told_of(folder: SweepFolder) -> list[Told]:
+def model_repeats(folder: SweepFolder) -> list[ModelRepeats]:
     """Return what the check of determinism found for each served model, or why it did not measure the model."""
     measured = repeats_of(folder)
-    lines = [Told(name, repeated) for name, repeated in zip(_names(measured), measured, strict=True)]
+    lines = [ModelRepeats(name, repeated) for name, repeated in zip(_names(measured), measured, strict=True)]
     if not folder.settings.get(SETTING):
         return lines
     named = {
@@ -215,7 +215,7 @@ def told_of(folder: SweepFolder) -> list[Told]:
     having: dict[str, list[RunFolder]] = {name: [] for name in sorted(left)}
     for run in folder.runs() if left else []:
         having.get(str(folder.sweep.conditions[run.run.condition].config["model"]["name"]), []).append(run)
-    return lines + [Told(name, None, _why(runs)) for name, runs in having.items()]
+    return lines + [ModelRepeats(name, None, _why(runs)) for name, runs in having.items()]
 
 
 def _why(runs: Iterable[RunFolder]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from foundry.canary import listed
 from foundry.errors import InputError, RecordError
-from foundry.expansion import Asked, Condition, Sweep, expand, identity, leaves, settings_key
+from foundry.expansion import Condition, Sweep, SweepCommand, expand, identity, leaves, settings_key
 from foundry.storing.run_files import PROBE
 from foundry.texts import visible
 
@@ -40,7 +40,9 @@ class Growth:
 
     def recorded(self, when: str) -> Sweep:
         """Return the sweep with old and new runs; its history has the request and its time (ISO 8601, UTC)."""
-        return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
+        return replace(
+            self.sweep, history=(*self.there.history, SweepCommand(tuple(self.asked.asked), when, len(self.new)))
+        )
 
     def notes(self, name: object) -> list[str]:
         """Return the lines that the user sees before the added runs begin; `name` is the name of the sweep's folder."""

@@ -10,28 +10,28 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias, TypeVar
 
 from foundry.records import Call
-from foundry.worlds.base import Asked
+from foundry.worlds.base import QuestionKey
 
 T = TypeVar("T")
-Numbered: TypeAlias = tuple[Asked, int]
+Numbered: TypeAlias = tuple[QuestionKey, int]
 """A question, and the number of times that it was asked before."""
 
 
-def place_of(call: Call) -> Asked:
+def place_of(call: Call) -> QuestionKey:
     """Return the question of a call: step, agent and kind."""
     return call.step, call.agent, call.kind
 
 
-def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
+def numbered(items: Iterable[T], place: Callable[[T], QuestionKey]) -> Iterator[tuple[Numbered, T]]:
     """Yield the items of a run, each with its question and with the number of earlier items of this question."""
-    counts: Counter[Asked] = Counter()
+    counts: Counter[QuestionKey] = Counter()
     for item in items:
         here = place(item)
         yield (here, counts[here]), item
         counts[here] += 1
 
 
-def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
+def with_calls(lines: Iterable[tuple[QuestionKey, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
     """Yield each line with a decision and its call, in the order of the calls; lines without a call come last.
 
     If a question has more lines than calls, or fewer, the match is unknown, and its lines get no call.
@@ -43,8 +43,8 @@ def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Itera
         yield from zip(mine, asked if len(asked) == len(mine) else itertools.repeat(None), strict=False)
 
 
-def _by_place(items: Iterable[tuple[Asked, T]]) -> dict[Asked, list[T]]:
-    places: dict[Asked, list[T]] = {}
+def _by_place(items: Iterable[tuple[QuestionKey, T]]) -> dict[QuestionKey, list[T]]:
+    places: dict[QuestionKey, list[T]] = {}
     for place, item in items:
         places.setdefault(place, []).append(item)
     return places

@@ -15,7 +15,7 @@ from foundry.storing.matching import place_of, with_calls
 from foundry.storing.run_files import count_call
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.texts import one_line, visible, without_secrets
-from foundry.worlds.base import Asked
+from foundry.worlds.base import QuestionKey
 
 LEAST_SHARE = 0.02
 """If the share of unreadable replies of a model is at least this, foundry reports it."""
@@ -117,7 +117,7 @@ def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
 
 
 @dataclass
-class Unread:
+class UnreadableReplies:
     """The unreadable replies of a model.
 
     Attributes:
@@ -158,15 +158,15 @@ class Unread:
         return [said, *(f"  {line}" for line in (*parts, *self.examples, *hint))]
 
 
-def unread(runs: Iterable[RunFolder]) -> list[Unread]:
+def unread(runs: Iterable[RunFolder]) -> list[UnreadableReplies]:
     """Return each model with at least the share LEAST_SHARE of unreadable replies, overall or under one edit."""
-    by_model: dict[str, Unread] = {}
+    by_model: dict[str, UnreadableReplies] = {}
     having: dict[str, list[RunFolder]] = {}
     for run in runs:
         summary = run.summary()
         if summary is None:
             continue
-        unreadable = by_model.setdefault(summary.model, Unread(summary.model))
+        unreadable = by_model.setdefault(summary.model, UnreadableReplies(summary.model))
         outcomes = Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
         unreadable.replies += outcomes.total()
         if part := ", ".join(f"{name} {run.factors[name]}" for name in _PARTS if name in run.factors):
@@ -186,7 +186,7 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
     return many
 
 
-def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
+def _illustrate(unread_replies: UnreadableReplies, runs: Iterable[RunFolder]) -> None:
     """Add different examples of unreadable replies, and whether `model.format=schema` can make them readable."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
@@ -224,7 +224,7 @@ def is_unread(outcome: str) -> bool:
     return outcome in _UNREAD
 
 
-def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
+def outcomes_by_place(run: RunFolder) -> dict[QuestionKey, list[str]]:
     """Return the outcomes of all replies to a question, for each question with an outcome other than `chosen`.
 
     A question is left out if it has more replies than calls, or fewer, since the match is unknown.
@@ -233,7 +233,7 @@ def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
     places = {place for place, outcome in outcomes if outcome != Outcome.CHOSEN}
     if not places:
         return {}
-    by_place: dict[Asked, list[str]] = {place: [] for place in places}
+    by_place: dict[QuestionKey, list[str]] = {place: [] for place in places}
     for place, outcome in outcomes:
         if place in places:
             by_place[place].append(outcome)
@@ -241,7 +241,7 @@ def outcomes_by_place(run: RunFolder) -> dict[Asked, list[str]]:
     return {place: known for place, known in by_place.items() if len(known) == calls[place]}
 
 
-def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
+def _outcomes_in(run: RunFolder) -> Iterator[tuple[QuestionKey, str]]:
     """Yield the question (step, agent and kind) and the outcome of each reply of a run."""
     deciding = next(iter(run.declared.actions), "")
     for line in lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps")):

@@ -25,9 +25,9 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.expansion import Asked as Asked
 from foundry.expansion import Condition as Condition
 from foundry.expansion import Sweep
+from foundry.expansion import SweepCommand as SweepCommand
 from foundry.expansion import expand_ranges as expand_ranges
 from foundry.expansion import is_served as is_served
 from foundry.expansion import leaves as leaves
@@ -130,7 +130,7 @@ class SweepFolder:
         Returns:
             The folder, with only the requested runs and settings; classes of other recorded conditions are not built.
         """
-        begun = replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),))
+        begun = replace(sweep, history=(SweepCommand(sweep.asked, _now(), len(sweep.runs)),))
         folder = cls(path, begun, settings, models, plan_sha256(path))
         content = None if is_sweep(path) else folder._text()
         if content is not None:

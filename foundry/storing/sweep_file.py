@@ -12,7 +12,7 @@ import msgspec
 import yaml
 
 from foundry.declared import Actions, Declared, keys_of
-from foundry.expansion import Asked, Condition, Run, Sweep, check_names, models_in
+from foundry.expansion import Condition, Run, Sweep, SweepCommand, check_names, models_in
 from foundry.naming import present
 from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, GridStep, Message, SeenImage
 from foundry.storing.plain import load_plain
@@ -291,6 +291,6 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
             raise ValueError(f"run {run.id} has no condition")
     overrides = tuple(content["asked"])
     history = tuple(
-        Asked(tuple(entry["asked"]), entry["when"], entry["runs"]) for entry in content.get("history") or ()
+        SweepCommand(tuple(entry["asked"]), entry["when"], entry["runs"]) for entry in content.get("history") or ()
     )
-    return Sweep(overrides, conditions, runs, history or (Asked(overrides, None, len(runs)),))
+    return Sweep(overrides, conditions, runs, history or (SweepCommand(overrides, None, len(runs)),))

@@ -11,7 +11,7 @@ from foundry.running.recorded import CALLS, NOTHING, Difference, first_differenc
 from foundry.storing.matching import Numbered, numbered, place_of
 from foundry.storing.run_files import lines_of, whole_lines
 from foundry.storing.store import RunFolder
-from foundry.worlds.base import Asked
+from foundry.worlds.base import QuestionKey
 from foundry.worlds.compared import Compared, Line, compared_of
 
 STEPS = "steps.jsonl"
@@ -91,11 +91,11 @@ def _steps(run: RunFolder) -> dict[Numbered, tuple[int, Line]]:
         raise RecordError(f"The steps of '{run.path}' cannot be compared: {type(error).__name__} {error}.") from error
 
 
-def _decision_of(line: Line) -> Asked:
+def _decision_of(line: Line) -> QuestionKey:
     return line["step"], line["agent"], line.get("kind", "state")
 
 
-def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
+def _numbered(lines: Iterable[T], place: Callable[[T], QuestionKey]) -> dict[Numbered, tuple[int, T]]:
     """Return the numbered lines (from 1) of a file, by question and how often this question occurred before."""
     by_call = numbered(lines, place)
     return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}

@@ -24,9 +24,9 @@ from foundry.running.build import build, served_by_others
 from foundry.running.load import at_once, one_by_one
 from foundry.running.replayed import reply_of
 from foundry.storing.determinism import (
-    Again,
     Budget,
     Repeat,
+    RepeatResult,
     Repeats,
     answered_calls,
     is_measured,
@@ -208,7 +208,7 @@ def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request |
     return Request(messages, call.seed, call.kind, {}, call.step, call.agent, key=call.key)
 
 
-def _again(repeatable: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
+def _again(repeatable: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> RepeatResult:
     """Compare the reply to a repeated call with the recorded reply.
 
     If they differ, the world reads the decision in the new reply: the episode is replayed up to the call, and goes on
@@ -216,16 +216,16 @@ def _again(repeatable: Repeatable, scenarios: dict[str, Scenario], reply: Reply)
     """
     decision = _decision(repeatable)
     if (reply.text, reply.ending) == (repeatable.call.text, repeatable.call.ending):
-        return Again(alike=None if decision is None else True)
+        return RepeatResult(alike=None if decision is None else True)
     if decision is None:
-        return Again(text=reply.text)
+        return RepeatResult(text=reply.text)
     world = repeatable.run.config()["world"]
     key = settings_key(world)
     scenarios[key] = scenarios[key] if key in scenarios else build(world)
     recorded, place = decision
     now = next(itertools.islice(_lines_with(repeatable, scenarios[key], reply), place, None), None)
     alike = now is not None and compared_of(scenarios[key].form).acts_alike(recorded, now)
-    return Again(text=reply.text, alike=alike)
+    return RepeatResult(text=reply.text, alike=alike)
 
 
 def _decision(repeatable: Repeatable) -> tuple[Line, int] | None:

@@ -63,7 +63,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True)
-class Verified:
+class VerifiedRun:
     """The result for one run.
 
     Attributes:
@@ -152,7 +152,9 @@ class Comparer:
             raise Departed(Difference(name, None, "SHA-256", then, sha256_of(now)))
 
 
-def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False) -> Iterator[Verified]:
+def verify(
+    folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False
+) -> Iterator[VerifiedRun]:
     """Yield the result for each run, as soon as it is known; `frames` says whether to draw stored frames again."""
     if workers == 1:
         yield from _verify_all(runs, frames)
@@ -170,14 +172,16 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
         yield from results
 
 
-def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
+def _verify_portion(
+    path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]
+) -> list[VerifiedRun]:
     use_only(own)
     share_cores(workers)
     wanted = set(ids)
     return list(_verify_all([run for run in SweepFolder.open(path).runs() if run.id in wanted], frames))
 
 
-def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
+def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[VerifiedRun]:
     scenarios: dict[str, Any] = {}
     for run in runs:
         config = run.config()
@@ -187,9 +191,9 @@ def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
         yield _verify_run(run, config, scenarios.get(key), frames)
 
 
-def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> Verified:
+def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> VerifiedRun:
     if not run.path.exists():
-        return Verified(run.id, Verdict.NOT_STARTED)
+        return VerifiedRun(run.id, Verdict.NOT_STARTED)
     check_folder(run.path)
     file = "run.json"
     try:
@@ -198,7 +202,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         asker = RecordedAsker(run.calls(), wordings(config))
     except RecordError as error:
         damage = Difference(file, None, "", f"damaged: {error.__cause__ or error}", "readable")
-        return Verified(run.id, Verdict.DIFFERS, difference=damage)
+        return VerifiedRun(run.id, Verdict.DIFFERS, difference=damage)
     comparer = Comparer(run, ended=summary is not None)
     every = int(config.get("record", {}).get("frames", False)) if frames else 0
     try:
@@ -213,12 +217,12 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
     drew = comparer.renderers
     note = note or (f"was drawn by {drew.then}. Here, {drew.now} draws the same pixels" if drew else "")
     verdict = Verdict.NOT_ENDED if summary is None else Verdict.IDENTICAL
-    return Verified(run.id, verdict, comparer.compared, asker.used, note=note)
+    return VerifiedRun(run.id, verdict, comparer.compared, asker.used, note=note)
 
 
 def _drawn(
-    run: RunFolder, verified: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
-) -> Verified:
+    run: RunFolder, verified: VerifiedRun, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
+) -> VerifiedRun:
     """Return the result for a run that differs from its replay.
 
     If only another renderer drew the pictures, the verdict says so.
@@ -232,7 +236,9 @@ def _drawn(
     return replace(verified, verdict=Verdict.DRAWN_OTHERWISE, difference=None, note=note)
 
 
-def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
+def _departed(
+    run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int
+) -> VerifiedRun:
     """Return the result for a run that differs from its replay.
 
     The verdict says whether the cause can be that another version of foundry read the replies of the run.
@@ -240,17 +246,17 @@ def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference
     readers = _other_readers(summary)
     may_follow = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # from another reading of replies
     if not readers or difference.file not in may_follow:
-        return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
+        return VerifiedRun(run.id, Verdict.DIFFERS, lines, calls, difference)
     try:
         check_digests(run, summary)
     except Departed as departed:
-        return Verified(run.id, Verdict.DIFFERS, lines, calls, departed.difference)
+        return VerifiedRun(run.id, Verdict.DIFFERS, lines, calls, departed.difference)
     note = (
         f"was recorded with {readers}. These versions read replies differently, so the run cannot be verified here. "
         "The run's files have not changed since the run ended. The first reply that is read differently: "
         f"{difference.line()}"
     )
-    return Verified(run.id, Verdict.READ_OTHERWISE, lines, calls, note=note)
+    return VerifiedRun(run.id, Verdict.READ_OTHERWISE, lines, calls, note=note)
 
 
 def _other_readers(summary: RunSummary | None) -> str:

@@ -35,7 +35,7 @@ without any model:
 
 
 @dataclass(frozen=True)
-class Held:
+class KnownResult:
     """The result of a scripted policy, with the known value.
 
     Attributes:
@@ -63,7 +63,7 @@ class Held:
         return abs(self.result - self.value) <= self.tolerance + Z * self.error + _ROUNDING * max(abs(self.value), 1.0)
 
 
-def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held]:
+def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[KnownResult]:
     """Run all scripted policies of a world that have known values, and yield each result."""
     alike: dict[tuple[Any, ...], list[ClosedForm]] = {}
     for closed_form in facts.closed_forms:
@@ -72,7 +72,7 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
         yield from _played(facts.world, forms, folder / f"{facts.world}-{place}", mine)
 
 
-def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
+def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[KnownResult]:
     """Run a policy once, and yield one result for each known value (measure) of it."""
     from analysis.validation.run_values import values_of
 
@@ -86,7 +86,7 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
     values = values_of(ran.path, [form.column for form in forms])
     for form in forms:
         result, error = _mean(values[form.column])
-        yield Held(
+        yield KnownResult(
             world=world, name=form.name, command=command, column=form.column, n=first.seeds, result=result, error=error,
             value=form.value, tolerance=form.tolerance, why=form.why,
         )  # fmt: skip
@@ -98,7 +98,7 @@ def _mean(values: Sequence[float]) -> tuple[float, float]:
     return mean, spread / math.sqrt(len(values))
 
 
-def row(result: Held) -> tuple[str, ...]:
+def row(result: KnownResult) -> tuple[str, ...]:
     """Return a result as a row of a table; the columns are COLUMNS."""
     known = f"{result.value:g}" + (f" ± {result.tolerance:g}" if result.tolerance else "")
     return (
@@ -112,19 +112,19 @@ def row(result: Held) -> tuple[str, ...]:
     )
 
 
-def found(known: Held) -> str:
+def found(known: KnownResult) -> str:
     """Return the result, with its standard error if it is not 0."""
     result = known.result if abs(known.result) > _NOTHING else 0.0
     return f"{result:.6g}" + (f" ± {known.error:.2g}" if known.error else "")
 
 
-def page(held: Sequence[Held]) -> str:
+def page(held: Sequence[KnownResult]) -> str:
     """Return the page in Markdown, one section per world."""
     sections = [_section(world, list(group)) for world, group in groupby(held, key=lambda result: result.world)]
     return "\n".join([_HEAD, *sections])
 
 
-def _section(world: str, held: Sequence[Held]) -> str:
+def _section(world: str, held: Sequence[KnownResult]) -> str:
     head = f"| {' | '.join(COLUMNS[1:])} |\n|{'---|' * (len(COLUMNS) - 1)}"
     rows = "\n".join(f"| {' | '.join(row(result)[1:])} |" for result in held)
     notes = "\n".join(f"- *{result.name}*: {result.why.rstrip('.')}. `{result.command}`" for result in held)

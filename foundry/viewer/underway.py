@@ -14,7 +14,7 @@ _COUNTS = ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
 
 
 @dataclass(frozen=True)
-class _Reported:
+class _WorkerReports:
     """The progress of the workers, according to their reports.
 
     Attributes:
@@ -68,20 +68,20 @@ def underway(sweep: CatalogedSweep) -> dict[str, Any]:
     }
 
 
-def _reported(sweep: CatalogedSweep, reports: Mapping[str, Any]) -> _Reported:
+def _reported(sweep: CatalogedSweep, reports: Mapping[str, Any]) -> _WorkerReports:
     tallies: dict[str, Counter[str]] = defaultdict(Counter)
     for report in reports.values():
         for model, tally in report["models"].items():
             tallies[model].update(tally)
     opened = [run for run in opened_in(reports) if sweep.holds(run)]
-    return _Reported(len(reports), opened, _merged(reports, "counts"), _merged(reports, "most"), tallies)
+    return _WorkerReports(len(reports), opened, _merged(reports, "counts"), _merged(reports, "most"), tallies)
 
 
 def _merged(reports: Mapping[str, Any], key: str) -> dict[str, Any]:
     return {run: state for report in reports.values() for run, state in report.get(key, {}).items()}
 
 
-def _open_run(sweep: CatalogedSweep, run: str, report: _Reported) -> dict[str, Any]:
+def _open_run(sweep: CatalogedSweep, run: str, report: _WorkerReports) -> dict[str, Any]:
     folder, counts = sweep.run(run), report.counts.get(run, {})
     config = folder.config()
     return {
@@ -96,7 +96,7 @@ def _open_run(sweep: CatalogedSweep, run: str, report: _Reported) -> dict[str, A
     }
 
 
-def _calls_left(sweep: CatalogedSweep, report: _Reported) -> dict[str, float | None]:
+def _calls_left(sweep: CatalogedSweep, report: _WorkerReports) -> dict[str, float | None]:
     """Estimate, for each model with unfinished runs, how many calls are still to be made; None if nothing is known.
 
     Each open run is taken to make its maximum number of calls. Each waiting run is taken to make as many calls as the

@@ -20,7 +20,7 @@ from foundry.records import Outcome, Record
 Observation = Mapping[str, Any]
 """The data that an agent perceives: a dict of plain dicts, lists, texts, numbers and None."""
 
-Asked: TypeAlias = tuple[int, int, str]
+QuestionKey: TypeAlias = tuple[int, int, str]
 """Step, agent and kind, which identify a question."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
@@ -74,7 +74,7 @@ class Question:
         return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
-    def asked(self) -> Asked:
+    def asked(self) -> QuestionKey:
         """Step, agent and kind, which identify the question."""
         return self.step, self.agent, self.kind
 
@@ -133,11 +133,11 @@ class Ahead(ABC):
         """Return the new questions that can be asked now; at least one question if no answer is awaited."""
 
     @abstractmethod
-    def take(self, asked: Asked, answer: Answer) -> None:
+    def take(self, asked: QuestionKey, answer: Answer) -> None:
         """Take the answer to a question that was asked early."""
 
     @abstractmethod
-    def next_round(self) -> Sequence[Asked]:
+    def next_round(self) -> Sequence[QuestionKey]:
         """Return the questions of the next round, in the world's order; none while an answer is missing."""
 
 

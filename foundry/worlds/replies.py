@@ -15,7 +15,7 @@ class Conflicting(dict[str, Any]):
 
 
 @dataclass(frozen=True, slots=True)
-class _Found:
+class _DecodedObject:
     value: dict[str, Any]
     end: int
 
@@ -107,17 +107,17 @@ def without_thinking(text: str) -> str:
     return "".join(outside)
 
 
-def _decode(decoder: json.JSONDecoder, text: str, start: int) -> _Found | None:
+def _decode(decoder: json.JSONDecoder, text: str, start: int) -> _DecodedObject | None:
     try:
         value, end = decoder.raw_decode(text, start)
     except (ValueError, RecursionError):
         return None
     if not isinstance(value, dict) or text.count("{", start, end) + text.count("[", start, end) > MAX_BRACKETS:
         return None
-    return _Found(value, end)
+    return _DecodedObject(value, end)
 
 
-def _decode_loosely(text: str, start: int) -> _Found | None:
+def _decode_loosely(text: str, start: int) -> _DecodedObject | None:
     parts: list[str] = []
     depth, position = 0, start
     for _ in range(MAX_TOKENS):
@@ -136,7 +136,7 @@ def _decode_loosely(text: str, start: int) -> _Found | None:
         parts.append(_as_json(token))
         if depth == 0:
             decoded = _decode(_LENIENT, " ".join(parts), 0)
-            return None if decoded is None else _Found(decoded.value, position)
+            return None if decoded is None else _DecodedObject(decoded.value, position)
     return None
 
 

@@ -16,7 +16,7 @@ from analysis.any.any_run import AnyRun
 from analysis.any.general import choices, general_run
 from analysis.arrays import OUTCOMES
 from analysis.camera.camera_run import CameraRun
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.form import FormAnalysis, form_of
 from analysis.grid.grid_run import GridRun
 from analysis.measuring.steps_file import joined
@@ -137,7 +137,7 @@ def test_decisions_stand_by_round_and_agent_with_the_keys_of_the_worlds_own():
 @pytest.mark.filterwarnings("error")
 def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decides(tmp_path):
     figures = RoundsFigures(seed=0)
-    groups = [Shown(("a",), 0, False), Shown(("b",), 1, True)]
+    groups = [ShownGroup(("a",), 0, False), ShownGroup(("b",), 1, True)]
     for seed in range(3):
         for shown in groups:
             figures.add(shown, run(run_id=f"{shown.label}{seed}"), seed)

@@ -21,7 +21,7 @@ from analysis.figures import pictures
 from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups
 from analysis.figures.pictures import in_words, means_picture
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.grid.grid_crop import crop
 from analysis.grid.grid_figures import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.grid.grid_run import GridRun, GridSettings
@@ -113,7 +113,7 @@ def test_tables_and_pictures_are_the_same_byte_for_byte_when_repeated(plots, rec
     assert before == {path: path.read_bytes() for path in before}
     world = recorded().run.world
     shares = {"日本語 $x": np.eye(11) / 11, "b": np.eye(11) / 22}
-    maps = [OccupancyMap(Shown((name,), 0, False), world, share) for name, share in shares.items()]
+    maps = [OccupancyMap(ShownGroup((name,), 0, False), world, share) for name, share in shares.items()]
     picture = Picture("name", "t", "c", lambda: grid_plots.occupancy_figure(maps))
     assert draw(picture, *FORMATS) == draw(picture, *FORMATS)
 
@@ -229,7 +229,7 @@ def test_models_look_apart_and_each_the_same_in_every_world_and_part_with_lines_
     assert [one.index for one in shown_of(prompts, ("model", "prompt"), ("a",)).values()] == [0, 1]
 
 
-def shown_of(groups, columns, models, baselines=()) -> dict[tuple[str, ...], Shown]:
+def shown_of(groups, columns, models, baselines=()) -> dict[tuple[str, ...], ShownGroup]:
     compared = SimpleNamespace(groups=groups, group_columns=columns, baselines=frozenset(baselines), models=models)
     return {one.group: one for one in shown_groups(compared)}
 
@@ -303,7 +303,9 @@ def test_occupancy_counts_every_state_but_the_start_on_one_scale(recorded):
     assert math.isclose(share[run.y[-1, 0] + 5, run.x[-1, 0] + 5], cell[1:].sum() / run.decisions)
     world = GridSettings(name="w", half_size=1, agents=1, steps=1, communication_distance=1)
     shares = {"a": 0.1, "b": 0.3}
-    maps = [OccupancyMap(Shown((name,), 0, False), world, np.full((3, 3), share)) for name, share in shares.items()]
+    maps = [
+        OccupancyMap(ShownGroup((name,), 0, False), world, np.full((3, 3), share)) for name, share in shares.items()
+    ]
     images = [draw_occupancy(axes(), one, 0.3) for one in maps]
     assert {image.get_clim() for image in images} == {(0, 0.3)}
     assert images[0].get_extent() == [-1.5, 1.5, -1.5, 1.5]
@@ -315,19 +317,19 @@ def test_survival_falls_from_one_and_its_curve_names_its_runs(recorded):
     assert curve[0] == 1.0
     assert len(curve) == runs[0].steps + 1
     assert (np.diff(curve) <= 0).all()
-    group = GridGroup(Shown(("a",), 0, False), seed=0, world=runs[0].world)
+    group = GridGroup(ShownGroup(("a",), 0, False), seed=0, world=runs[0].world)
     for seed, run in enumerate(runs):
         group.add(run, seed)
     found = group.survival_curve()
     assert found.runs == 3
     np.testing.assert_allclose(found.remaining, np.mean([not_warned(run) for run in runs], axis=0))
     flat = np.ones(3)
-    ax = draw_survival(axes(), [SurvivalCurve(Shown(("a",), 0, False), flat, flat * NAN, flat * NAN, 1)], "Left")
+    ax = draw_survival(axes(), [SurvivalCurve(ShownGroup(("a",), 0, False), flat, flat * NAN, flat * NAN, 1)], "Left")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
 
 
 def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
-    tree = cascade_tree(recorded().run, Shown(("a",), 0, False))
+    tree = cascade_tree(recorded().run, ShownGroup(("a",), 0, False))
     assert tree.edges
     for edge in tree.edges:
         assert tree.since[edge.recipient] == edge.step >= tree.since[edge.sender]
@@ -336,7 +338,7 @@ def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
     assert ticks(ax) == [str(agent) for agent in tree.rows]
     assert f"{tree.informed} of {tree.agents} agents" in ax.get_title(loc="left") + ax.get_title()
     run = recorded(seed=1, habits=Habits(speak=0.1, texts=("fire!",))).run
-    tree = cascade_tree(run, Shown(("a",), 0, False))
+    tree = cascade_tree(run, ShownGroup(("a",), 0, False))
     assert tree.unfounded, "who warns without a ground stands apart"
     assert {edge.sender for edge in tree.edges} <= set(tree.rows)
     draw_cascade(axes(), tree)
@@ -353,7 +355,7 @@ def test_a_crop_shows_an_agent_among_those_around_it_and_escapes_names(recorded)
 
 
 def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
-    path = CameraPath(Shown(("a",), 0, False), np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
+    path = CameraPath(ShownGroup(("a",), 0, False), np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
     found = TopDown("scene", np.zeros(2), np.array([[0.0, 0.0], [1.0, 2.0]]), 0.5, (path,))
     ax = draw_topdown(axes(), found)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]

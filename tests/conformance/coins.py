@@ -18,8 +18,8 @@ from foundry.records import Agent, Outcome, Record, RoundStep
 from foundry.worlds.base import (
     Ahead,
     Answer,
-    Asked,
     Question,
+    QuestionKey,
     Recorded,
     Redrawing,
     Scenario,
@@ -89,7 +89,7 @@ class Later(Ahead):
 
     def __init__(self, world: Round) -> None:
         self.world = copy.copy(world)
-        self.answered: set[Asked] = set()
+        self.answered: set[QuestionKey] = set()
         self.round = world.completed + 1
 
     def ready(self) -> Sequence[Question]:
@@ -100,10 +100,10 @@ class Later(Ahead):
             yield self.world.pending()
             self.world.advance([Answer("")] * self.world.scenario.agents)
 
-    def take(self, asked: Asked, answer: Answer) -> None:
+    def take(self, asked: QuestionKey, answer: Answer) -> None:
         self.answered.add(asked)
 
-    def next_round(self) -> Sequence[Asked]:
+    def next_round(self) -> Sequence[QuestionKey]:
         whole = [(self.round, agent, "call") for agent in range(self.world.scenario.agents)]
         if not self.answered.issuperset(whole):
             return ()
@@ -266,7 +266,7 @@ class Hasty(Later):
 
 
 class Backwards(Later):
-    def next_round(self) -> Sequence[Asked]:
+    def next_round(self) -> Sequence[QuestionKey]:
         return super().next_round()[::-1]
 
 
@@ -276,7 +276,7 @@ class Mute(Later):
 
 
 class Early(Later):
-    def take(self, asked: Asked, answer: Answer) -> None:
+    def take(self, asked: QuestionKey, answer: Answer) -> None:
         self.answered |= {(asked[0], agent, "call") for agent in range(3)}
 
 

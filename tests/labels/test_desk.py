@@ -8,7 +8,7 @@ from foundry.errors import InputError, RecordError
 from foundry.labels.definition import Label
 from foundry.labels.desk import LabelDesk
 from foundry.labels.folder import Entry, LabelFolder
-from foundry.labels.sampling import Drawn, Sample, Stratum
+from foundry.labels.sampling import Sample, SampledText, Stratum
 
 LABEL = Label(name="polite", question="Is it polite?", choices=("yes", "no"), unit="message")
 
@@ -16,7 +16,7 @@ LABEL = Label(name="polite", question="Is it polite?", choices=("yes", "no"), un
 def sample(texts: int = 24, strata: int = 3, same: int = 0) -> Sample:
     """Make a sample; the last `same` texts are equal."""
     drawn = tuple(
-        Drawn(
+        SampledText(
             item=f"r/{number}", stratum=number % strata, text="equal" if number >= texts - same else f"text {number}",
             context={}, run="r", seed=0, step=number + 1, agent=0, kind="message",
         )

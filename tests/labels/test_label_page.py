@@ -12,7 +12,7 @@ from commands import started, succeeds
 from foundry.labels.definition import label_named
 from foundry.labels.desk import LabelDesk
 from foundry.labels.folder import LabelFolder
-from foundry.labels.sampling import Drawn, Sample, Stratum
+from foundry.labels.sampling import Sample, SampledText, Stratum
 from foundry.storing.store import SweepFolder
 from foundry.viewer.http import running
 from foundry.viewer.people.label_server import LabelServer
@@ -30,7 +30,7 @@ def folder(tmp_path: Path) -> LabelFolder:
 @pytest.fixture
 def server(folder: LabelFolder) -> Iterator[LabelServer]:
     drawn = tuple(
-        Drawn(
+        SampledText(
             item=f"qwen-s{number}/1/0/message", stratum=0, text=f"fire <b>{number}</b>\nnear me",
             context={"fires": ("f1",)}, run=f"qwen-s{number}", seed=number, step=1, agent=0, kind="message",
         )

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
-from analysis.probes.formats import Formatted, _dealt, _variance_by_chance, format_tables
+from analysis.probes.choices import Answers, Change, Chosen, MomentKey, ProbeCondition, Subject
+from analysis.probes.formats import ChoicesByFormat, _dealt, _variance_by_chance, format_tables
 from foundry.prompts.formats import Format
 from foundry.seeding import stream
 from probing.conftest import done, lines, runs, write_models
@@ -19,7 +19,7 @@ SEEDS, MOMENTS, REPEATS, FORMATS = 12, 10, 4, ("none", "spread/0", "spread/1", "
 def answers(chances: dict[str, list[float]], name: str = "answers") -> Answers:
     """Return what models choose that say `yes` with a chance of each format."""
     rng = stream(0, name)
-    chosen: dict[Asked, Chosen] = {}
+    chosen: dict[ProbeCondition, Chosen] = {}
     for model, of_format in chances.items():
         for written, chance in zip(FORMATS, of_format, strict=True):
             said = {
@@ -28,7 +28,7 @@ def answers(chances: dict[str, list[float]], name: str = "answers") -> Answers:
                 for step in range(MOMENTS)
             }
             counts = {key: Counter({"yes": yes, "no": REPEATS - yes}) for key, yes in said.items()}
-            chosen[Asked(Subject(model, "p", ""), "none", written)] = counts
+            chosen[ProbeCondition(Subject(model, "p", ""), "none", written)] = counts
     names = {asked.subject: asked.subject.model for asked in chosen}
     return Answers(chosen, {"none": Change("none", "invariance")}, FORMATS, names, 0)
 
@@ -59,7 +59,7 @@ def test_the_spread_and_its_deviation_are_those_of_the_chances():
 def test_the_variance_by_chance_is_that_of_answers_dealt_out_anew():
     rng = stream(0, "dealt")
     counts = rng.integers(0, REPEATS + 1, size=(6, 5))
-    found = Formatted(np.stack([counts, REPEATS - counts], axis=-1), ("yes", "no"), np.array([0, 0, 0, 0, 1, 1]))
+    found = ChoicesByFormat(np.stack([counts, REPEATS - counts], axis=-1), ("yes", "no"), np.array([0, 0, 0, 0, 1, 1]))
     dealt = np.concatenate([_dealt(counts, REPEATS, rng) for _ in range(100)]) / REPEATS
     by_seed = np.stack([dealt[:, :4].mean(axis=1), dealt[:, 4:].mean(axis=1)])
     assert _variance_by_chance(found, counts) == pytest.approx(by_seed.var(axis=2, ddof=1).mean(axis=1), rel=0.02)

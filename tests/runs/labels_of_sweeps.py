@@ -6,7 +6,7 @@ from analysis.labelling import FIRES
 from foundry.labels.definition import Label, label_named
 from foundry.labels.folder import Entry, Judge, Judgement, LabelFolder
 from foundry.labels.items import complete_runs, items_of
-from foundry.labels.sampling import Drawn, Sample, extended
+from foundry.labels.sampling import Sample, SampledText, extended
 from foundry.storing.store import SweepFolder
 
 
@@ -39,7 +39,7 @@ def draw(sweep: SweepFolder, label: Label, per_model: int = 200) -> Sample:
 
 
 def label_all(
-    sweep: SweepFolder, label: Label, person: str, answer: Callable[[Drawn], str], per_model: int = 200
+    sweep: SweepFolder, label: Label, person: str, answer: Callable[[SampledText], str], per_model: int = 200
 ) -> int:
     """Draw texts and have a person label all of them; returns how many."""
     sample, folder = draw(sweep, label, per_model), LabelFolder.of(sweep, label.name)

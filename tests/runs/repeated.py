@@ -1,6 +1,6 @@
 """What came of calls that were made again, without a server."""
 
-from foundry.storing.determinism import Again, Repeat, Repeats
+from foundry.storing.determinism import Repeat, RepeatResult, Repeats
 
 CALLS = 10
 
@@ -8,9 +8,9 @@ CALLS = 10
 def repeats(model: str, *, alone: int, loaded: int) -> Repeats:
     """Return ten calls of a model, so many of which came out the same; half of them decide something."""
 
-    def again(number: int, equal: int) -> Again:
+    def again(number: int, equal: int) -> RepeatResult:
         alike = number < equal if number % 2 else None
-        return Again(text=None if number < equal else "another", alike=alike)
+        return RepeatResult(text=None if number < equal else "another", alike=alike)
 
     calls = tuple(
         Repeat(run="r", step=1, agent=n, kind="action", alone=again(n, alone), loaded=again(n, loaded))

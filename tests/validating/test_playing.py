@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry, succeeds
-from foundry.validating.playing import Held, page
+from foundry.validating.playing import KnownResult, page
 
 SMALL = "overrides: [world.agents=2, world.steps=2]"
 FACTS = f"""
@@ -17,7 +17,7 @@ closed_forms:
   - {{name: idlers, policy: scripted/stay, column: idle_rate.chosen, value: 1, seeds: 2, why: they stay, {SMALL}}}
   - {{name: count, policy: scripted/random, column: outcome.n_decisions, value: 5, seeds: 2, why: 2 x 2, {SMALL}}}
 """
-HELD = Held(
+HELD = KnownResult(
     world="w", name="n", command="c", column="a.b", n=4, result=10.0, error=0.5, value=11.9, tolerance=0.0, why="so"
 )
 

@@ -3,7 +3,7 @@
 import math
 
 from analysis.any.any_run import AnyRun
-from analysis.any.decided import Decided, decided
+from analysis.any.decided import DecisionsOfKind, decided
 from analysis.formulas import entropy, mean, normalised_entropy, ratio, spread, variety
 from analysis.measure import Measure, share
 
@@ -56,7 +56,7 @@ def measure(run: AnyRun) -> dict[str, float]:
     return measures_of_kinds
 
 
-def _labels(decisions: Decided, suffix: str, declared: bool) -> dict[str, float]:
+def _labels(decisions: DecisionsOfKind, suffix: str, declared: bool) -> dict[str, float]:
     total = len(decisions.step)
     names = [f"share{suffix}_{label}" for label in decisions.labels] if declared else []
     return {
@@ -68,6 +68,6 @@ def _labels(decisions: Decided, suffix: str, declared: bool) -> dict[str, float]
     }
 
 
-def _numbers(decisions: Decided) -> dict[str, float]:
+def _numbers(decisions: DecisionsOfKind) -> dict[str, float]:
     numbers = decisions.values[:, 0]
     return {"mean": mean(numbers), "sd": spread(numbers), "n_actions": float(len(numbers))}

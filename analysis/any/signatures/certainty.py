@@ -98,7 +98,7 @@ def measure(run: AnyRun) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class _Told:
+class _RunDecision:
     """The probabilities of one decision, the decision's kind, and the right answer, if there is one."""
 
     kind: str
@@ -106,16 +106,16 @@ class _Told:
     right: object
 
 
-def _told(run: AnyRun) -> Iterator[_Told]:
+def _told(run: AnyRun) -> Iterator[_RunDecision]:
     if run.probabilities is None:
         return
     for number in np.flatnonzero(run.counted).tolist():
         certainty = run.probabilities.told[number]
         if certainty is not None and len(certainty.shares) > 1:
-            yield _Told(run.kind[number], certainty, run.probabilities.truth[number])
+            yield _RunDecision(run.kind[number], certainty, run.probabilities.truth[number])
 
 
-def _expected(run: AnyRun, drawn: list[_Told]) -> dict[str, float]:
+def _expected(run: AnyRun, drawn: list[_RunDecision]) -> dict[str, float]:
     declared = {kind: actions.labels for kind, actions in run.declared.actions.items()}
     return {
         f"expected_{kind}_{label}" if len(declared) > 1 else f"expected_{label}": mean(
@@ -130,7 +130,7 @@ def _beyond_draws(certainty: Certainty) -> float:
     return certainty.expected[certainty.decided] - math.fsum(share**2 for share in certainty.expected.values())
 
 
-def _calibration(decisions: list[_Told]) -> Mapping[str, float]:
+def _calibration(decisions: list[_RunDecision]) -> Mapping[str, float]:
     return {
         "brier": mean(
             math.fsum((share - (label == decision.right)) ** 2 for label, share in decision.found.shares.items())

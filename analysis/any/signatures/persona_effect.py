@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.any.any_run import AnyRun
-from analysis.any.decided import Decided, decided
+from analysis.any.decided import DecisionsOfKind, decided
 from analysis.any.deviations import deviations, scaled, variance
 from analysis.any.shuffles import classes_of, over_shuffles, p_value
 from analysis.arrays import FloatArray, IntArray
@@ -43,7 +43,7 @@ class Means:
     classes: tuple[IntArray, ...]
 
 
-def means(kinds_decided: Sequence[Decided], agents: int) -> Means:
+def means(kinds_decided: Sequence[DecisionsOfKind], agents: int) -> Means:
     """Return how far each of N agents deviates from the others; a kind with more decisions weighs more."""
     values, able, counts = [], [], []
     for decisions in map(scaled, kinds_decided):

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from analysis.arrays import FloatArray
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.grid.grid_run import GridRun
 from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy, draw_paths, map_titles
 from analysis.plots import style
@@ -44,7 +44,7 @@ class CascadeTree:
         informed: number of agents that learnt of a fire.
     """
 
-    shown: Shown
+    shown: ShownGroup
     run: str
     steps: int
     rows: tuple[int, ...]
@@ -97,7 +97,7 @@ class SurvivalCurve:
         high: upper end of this interval.
     """
 
-    shown: Shown
+    shown: ShownGroup
     remaining: FloatArray
     low: FloatArray
     high: FloatArray
@@ -165,7 +165,7 @@ def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
     return figure
 
 
-def paths_figure(runs: Sequence[tuple[Shown, GridRun]]) -> Figure:
+def paths_figure(runs: Sequence[tuple[ShownGroup, GridRun]]) -> Figure:
     """Return a figure of the agents' paths in one run of each group."""
     figure, panels = _maps([shown.label for shown, _ in runs], extra=0.05)
     for ax, (shown, run) in zip(panels, runs, strict=True):

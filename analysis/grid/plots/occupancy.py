@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
 from analysis.arrays import FloatArray
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.grid.grid_run import GridRun, GridSettings
 from analysis.plots import style
 from analysis.plots.labels import wrapped
@@ -26,7 +26,7 @@ class OccupancyMap:
         share: share of all agent-steps, by row and column of the grid, lowest row first, (W, W).
     """
 
-    shown: Shown
+    shown: ShownGroup
     world: GridSettings
     share: FloatArray
 
@@ -57,7 +57,7 @@ def draw_occupancy(ax: Axes, occupancy: OccupancyMap, most: float) -> AxesImage:
     return image
 
 
-def draw_paths(ax: Axes, shown: Shown, run: GridRun) -> Axes:
+def draw_paths(ax: Axes, shown: ShownGroup, run: GridRun) -> Axes:
     """Draw one line per agent of a group's run, from its start (dot) to its end (ring)."""
     draw_world(ax, run.world, style.PLACE)
     colour = shown.colour
@@ -100,6 +100,6 @@ def map_titles(labels: Sequence[str]) -> int:
     return max(wrapped(label, MAP_TITLE_WIDTH).count("\n") + 1 for label in labels)
 
 
-def _title(ax: Axes, shown: Shown) -> None:
+def _title(ax: Axes, shown: ShownGroup) -> None:
     colour = BASELINE if shown.baseline else style.DARK
     ax.set_title(wrapped(shown.label, MAP_TITLE_WIDTH), size=7, color=colour, pad=3)

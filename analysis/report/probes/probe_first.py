@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.figures.shown import Shown
+from analysis.figures.shown import ShownGroup
 from analysis.findings.finding_records import FindingRecord
 from analysis.findings.ranking import findings, measures_to_test
 from analysis.findings.study_matrix import MatrixCell, MatrixColumn
@@ -18,7 +18,7 @@ from analysis.prose import percent
 from analysis.report.cards import MOST_CARDS, MOST_ROWS, WIDTH, Card, Mark, Reply, mark, marked, strip_rows, tested
 from analysis.report.grids import Cell
 from analysis.report.overview import UNREADABLE, Claims, Matrix, claimed
-from analysis.report.probes.probe_moments import Looked
+from analysis.report.probes.probe_moments import MomentSource
 from analysis.stats.factors import MODEL
 from analysis.tables.texts import with_intervals
 from foundry.storing.store import SweepFolder
@@ -30,7 +30,7 @@ _CAPTION = (
 )
 
 
-def first_screen(folder: SweepFolder, analysis: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
+def first_screen(folder: SweepFolder, analysis: ProbeAnalysis, looked: MomentSource) -> dict[str, Any]:
     """Return the content of the first screen, by name in the template."""
     rows = analysis.contrasts.to_dict("records")
     marks = _marks(analysis.frames["moments"])
@@ -48,7 +48,8 @@ def first_screen(folder: SweepFolder, analysis: ProbeAnalysis, looked: Looked) -
 def _marks(moments: pd.DataFrame) -> dict[str, Mark]:
     names = short_names(dict.fromkeys(moments["model"]))
     return {
-        model: mark(Shown((model,), place, baseline=False), name) for place, (model, name) in enumerate(names.items())
+        model: mark(ShownGroup((model,), place, baseline=False), name)
+        for place, (model, name) in enumerate(names.items())
     }
 
 
@@ -103,7 +104,7 @@ def _claims(folder: SweepFolder, analysis: ProbeAnalysis, rows: Sequence[Row]) -
     return Claims(sentence, command, f"about {int(analysis.frames['moments']['count'].sum()):,} answers")
 
 
-def _card(analysis: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked) -> Card:
+def _card(analysis: ProbeAnalysis, finding: FindingRecord, marks: Mapping[str, Mark], looked: MomentSource) -> Card:
     strip = [
         row
         for row in analysis.contrasts.to_dict("records")
@@ -124,7 +125,7 @@ def _mark(row: Row, marks: Mapping[str, Mark]) -> Mark:
 
 
 def _example(
-    moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: Looked
+    moments: pd.DataFrame, finding: FindingRecord, marks: Mapping[str, Mark], looked: MomentSource
 ) -> tuple[str, tuple[Reply, ...]]:
     """Return in words the moment in which a finding's difference is largest, and one reply of each side."""
     if finding.factor == FORMAT:
@@ -153,7 +154,7 @@ def _shares(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _replies(
-    looked: Looked, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
+    looked: MomentSource, key: MomentKey, sides: Sequence[tuple[str, str]], choices: Sequence[str]
 ) -> tuple[str, str]:
     """Return one reply of each side in a moment, if possible a reply with the choice most typical of the side."""
     models, edits = list(looked.models.values()), [edit.name for edit in looked.edits]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from analysis.probes.choices import MomentKey
-from analysis.probes.distance import Apart
+from analysis.probes.distance import ChoiceDistance
 from analysis.tables.texts import number
 from foundry.errors import FoundryError
 
@@ -18,7 +18,7 @@ _PLAIN = 0
 _JPEG = b"\xff\xd8"
 
 
-class Looked(Protocol):
+class MomentSource(Protocol):
     """A source of the moments of a probe; each moment is found by its number."""
 
     @property
@@ -62,7 +62,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownMoment:
     """A moment on the page.
 
     Attributes:
@@ -81,19 +81,19 @@ class Shown:
     columns: tuple[Column, ...]
 
 
-def furthest(looked: Looked, distances: Mapping[MomentKey, Apart]) -> list[Shown]:
+def furthest(looked: MomentSource, distances: Mapping[MomentKey, ChoiceDistance]) -> list[ShownMoment]:
     """Return the moments in which the models differ most: by the distance between them minus the distance by chance."""
     return [_shown(looked, key, gap) for key, gap in list(distances.items())[:SHOWN]]
 
 
-def _shown(looked: Looked, key: MomentKey, gap: Apart) -> Shown:
+def _shown(looked: MomentSource, key: MomentKey, gap: ChoiceDistance) -> ShownMoment:
     place = looked.place(key.run, key.step, key.agent, key.kind, key.again)
     seen = looked.seen(place, plain=True)
     source, why = _picture(looked, place)
     has_images = bool(seen.perceived and seen.perceived[_PLAIN].images)
     prompts = dict.fromkeys(answer.prompt for answer in seen.answers if answer.prompt is not None)
     names = list(looked.models.values())
-    return Shown(
+    return ShownMoment(
         title=f"Agent {key.agent} at step {key.step}: {key.kind} (seed {key.seed}, {key.run})",
         distance=number(gap.distance),
         excess=number(gap.excess),
@@ -114,7 +114,7 @@ def _place_of_model(answer: Any) -> int:
     return int(answer.model)
 
 
-def _picture(looked: Looked, place: int) -> tuple[str, str]:
+def _picture(looked: MomentSource, place: int) -> tuple[str, str]:
     try:
         content = looked.picture(place, _PLAIN, 0)
     except FoundryError as error:

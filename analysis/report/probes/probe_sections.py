@@ -15,7 +15,7 @@ from analysis.prose import percent
 from analysis.report import Report, check_out, write_page
 from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.probes.probe_first import first_screen
-from analysis.report.probes.probe_moments import Looked, furthest
+from analysis.report.probes.probe_moments import MomentSource, furthest
 from analysis.report.provenance import commands_of, determinism_grid
 from analysis.report.sections import shapes
 from analysis.report.templating import rendered
@@ -24,7 +24,7 @@ from foundry.storing.store import SweepFolder
 
 def write_probe_report(
     folder: SweepFolder,
-    looked: Looked,
+    looked: MomentSource,
     out: Path | None = None,
     family: Sequence[str] = (),
     *,
@@ -47,7 +47,7 @@ def write_probe_report(
     return Report(path, len(ends), complete, pictures, (folder,) if complete < len(ends) else ())
 
 
-def _content(folder: SweepFolder, analysis: ProbeAnalysis, looked: Looked) -> dict[str, Any]:
+def _content(folder: SweepFolder, analysis: ProbeAnalysis, looked: MomentSource) -> dict[str, Any]:
     return {
         "title": folder.path.resolve().name,
         **first_screen(folder, analysis, looked),

@@ -46,7 +46,7 @@ def check_address(url: str) -> None:
         )
 
 
-class Kept(msgspec.Struct, frozen=True, gc=False):
+class CachedAnswer(msgspec.Struct, frozen=True, gc=False):
     """A cached answer.
 
     Attributes:
@@ -69,7 +69,7 @@ class Answers(ABC):
         self._decode = msgspec.msgpack.Decoder(Reply).decode
 
     @abstractmethod
-    def find(self, keys: Sequence[str]) -> dict[str, Kept]:
+    def find(self, keys: Sequence[str]) -> dict[str, CachedAnswer]:
         """Return the cached answers by key; a key without an intact answer is left out."""
 
     @abstractmethod
@@ -111,13 +111,13 @@ class Answers(ABC):
             blob = self._encode(reply)
             yield key, model, blob, zlib.crc32(blob)
 
-    def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, Kept]:
+    def _intact(self, keys: Sequence[str], rows: Iterable[Found]) -> dict[str, CachedAnswer]:
         """Return the rows that were asked for and are undamaged, since a damaged file may give other rows."""
         asked, intact = frozenset(keys), {}
         for key, blob, crc, mark in rows:
             reply = self._read(blob, crc) if key in asked else None
             if reply is not None:
-                intact[key] = Kept(reply, mark)
+                intact[key] = CachedAnswer(reply, mark)
         return intact
 
     def _read(self, blob: object, crc: int) -> Reply | None:

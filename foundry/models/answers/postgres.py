@@ -8,7 +8,7 @@ from typing import Any
 import tenacity
 
 from foundry.errors import InputError, StorageError
-from foundry.models.answers.answers import Answers, Kept, Row, check_address
+from foundry.models.answers.answers import Answers, CachedAnswer, Row, check_address
 from foundry.models.base import Reply
 from foundry.texts import one_line
 
@@ -71,7 +71,7 @@ class PostgresAnswers(Answers):
     def _connect(self) -> Any:
         return self._driver.connect(self.url, autocommit=True, connect_timeout=10)
 
-    def find(self, keys: Sequence[str]) -> dict[str, Kept]:
+    def find(self, keys: Sequence[str]) -> dict[str, CachedAnswer]:
         """Return the cached answers by key; a key without an intact answer is left out."""
         rows = self._again(lambda connection: connection.execute(_FIND, (list(keys),)).fetchall())
         return self._intact(keys, ((key, bytes(blob), crc, mark) for key, blob, crc, mark in rows))

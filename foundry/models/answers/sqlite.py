@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from foundry.errors import InputError, StorageError
-from foundry.models.answers.answers import Answers, Kept
+from foundry.models.answers.answers import Answers, CachedAnswer
 from foundry.models.base import Reply
 
 _SCHEMA = (
@@ -63,9 +63,9 @@ class SqliteAnswers(Answers):
                     raise
             time.sleep(_LOCK_RETRY_S)
 
-    def find(self, keys: Sequence[str]) -> dict[str, Kept]:
+    def find(self, keys: Sequence[str]) -> dict[str, CachedAnswer]:
         """Return the cached answers by key; a key without an intact answer is left out."""
-        answers: dict[str, Kept] = {}
+        answers: dict[str, CachedAnswer] = {}
         for start in range(0, len(keys), _CHUNK):
             chunk = keys[start : start + _CHUNK]
             answers |= self._intact(chunk, self._rows_of(f"{_FIND} {_places(chunk)}", chunk))

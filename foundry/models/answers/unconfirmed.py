@@ -8,7 +8,7 @@ from foundry.errors import ModelChangedError
 from foundry.models.answers.answers import Answers
 from foundry.models.base import ModelInfo, Reply
 
-Told: TypeAlias = Callable[[Reply], Mapping[str, str]]
+WeightsOf: TypeAlias = Callable[[Reply], Mapping[str, str]]
 WAYS_ON = (
     "Unconfirmed answers were removed from the cache, and their runs failed with this cause; all other answers stay. "
     "Restore the first model and continue with foundry resume, or begin a new sweep in another output.dir."
@@ -51,7 +51,9 @@ class Unconfirmed:
         changed: the error that every further call raises once the server has changed; None before.
     """
 
-    def __init__(self, answers: Answers, info: ModelInfo | None = None, weights_of: Told = lambda reply: {}) -> None:
+    def __init__(
+        self, answers: Answers, info: ModelInfo | None = None, weights_of: WeightsOf = lambda reply: {}
+    ) -> None:
         """Take the cache and the facts about the model.
 
         Args:

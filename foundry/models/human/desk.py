@@ -16,7 +16,7 @@ Schema = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Asked:
+class WaitingQuestion:
     """A question that waits for a person's answer."""
 
     number: int
@@ -38,7 +38,7 @@ class Standing:
 
     version: int
     agreed: bool
-    question: Asked | None
+    question: WaitingQuestion | None
     answered: int
     waiting: int
     over: bool
@@ -46,7 +46,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class _Waiting:
-    asked: Asked
+    asked: WaitingQuestion
     order: tuple[Any, ...]
     reply: asyncio.Future[Reply]
     loop: asyncio.AbstractEventLoop
@@ -78,7 +78,7 @@ class Desk:
             if self._over:
                 raise Interrupted
             self._numbers += 1
-            entry = Asked(self._numbers, person, request.messages, schema)
+            entry = WaitingQuestion(self._numbers, person, request.messages, schema)
             loop = asyncio.get_running_loop()
             place = (request.key,) if self._blind else (request.step, request.agent, entry.number)
             waiting = self._waiting[entry.number] = _Waiting(entry, (person, *place), loop.create_future(), loop)

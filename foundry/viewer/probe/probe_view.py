@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 
 from foundry.errors import InputError
-from foundry.probing.seen import Seen, SeenProbe
+from foundry.probing.seen import SeenMoment, SeenProbe
 from foundry.storing.store import SweepFolder
 from foundry.texts import counted
 from foundry.viewer.files import static_file
@@ -61,7 +61,7 @@ class ProbeView:
                     )
 
 
-def _told(seen: Seen) -> Resource:
+def _told(seen: SeenMoment) -> Resource:
     """Return a moment, with the address of the script that draws its observation (None if its form has no script)."""
     return Resource(_ENCODE({**msgspec.structs.asdict(seen), "script": _script(seen.form)}))
 

@@ -97,7 +97,7 @@ def mask_of(*infos: Any) -> list[int] | None:
 
 
 @dataclass(frozen=True)
-class Seen:
+class AgentView:
     """The data for an agent before its decision.
 
     Attributes:
@@ -115,7 +115,7 @@ class Playing(ABC):
     env: Any
 
     @abstractmethod
-    def asked(self) -> Mapping[int, Seen]:
+    def asked(self) -> Mapping[int, AgentView]:
         """Return the agents that must act now, by id; empty once the episode is over."""
 
     @abstractmethod
@@ -140,9 +140,9 @@ class OfOne(Playing):
         self._mask = mask_of(self.state, info)
         self._over = False
 
-    def asked(self) -> Mapping[int, Seen]:
+    def asked(self) -> Mapping[int, AgentView]:
         """Return agent 0; nothing once the episode is over."""
-        return {} if self._over else {0: Seen(self.state, self._mask)}
+        return {} if self._over else {0: AgentView(self.state, self._mask)}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
         """Apply its action."""
@@ -159,10 +159,12 @@ class OfAll(Playing):
         self._ids = {name: place for place, name in enumerate(env.possible_agents)}
         self._states, self._infos = env.reset(seed=seed)
 
-    def asked(self) -> Mapping[int, Seen]:
+    def asked(self) -> Mapping[int, AgentView]:
         """Return all agents that are still in the episode."""
         states, infos = self._states, self._infos or {}
-        return {self._ids[name]: Seen(states[name], mask_of(states[name], infos.get(name))) for name in self.env.agents}
+        return {
+            self._ids[name]: AgentView(states[name], mask_of(states[name], infos.get(name))) for name in self.env.agents
+        }
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
         """Apply an action of each agent."""
@@ -179,12 +181,12 @@ class InTurn(Playing):
         env.reset(seed=seed)
         self._ids = {name: place for place, name in enumerate(env.possible_agents)}
 
-    def asked(self) -> Mapping[int, Seen]:
+    def asked(self) -> Mapping[int, AgentView]:
         """Return the agent whose turn it is."""
         if not self.env.agents:
             return {}
         state, _, _, _, info = self.env.last()
-        return {self._ids[self.env.agent_selection]: Seen(state, mask_of(state, info))}
+        return {self._ids[self.env.agent_selection]: AgentView(state, mask_of(state, info))}
 
     def take(self, actions: Mapping[int, Any]) -> Mapping[int, float]:
         """Apply the action of the agent whose turn it is.

@@ -78,7 +78,7 @@ from foundry.worlds.camera.surroundings import (
 
 
 @dataclass(frozen=True)
-class Moved:
+class MotionResult:
     """The motion that the world carried out for a command.
 
     Attributes:
@@ -95,10 +95,12 @@ class Moved:
     notes: tuple[str, ...]
 
 
-def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool) -> Moved:
+def moved(
+    pose: Pose, command: Command, collider: Collider, body: Body, *, pitch_limit: float, slide: bool
+) -> MotionResult:
     """Return the motion for a command that is given at a pose; at obstacles, the body slides if `slide`, else stops."""
     if command.idle:
-        return Moved(pose, None, 0.0, (pose,), ())
+        return MotionResult(pose, None, 0.0, (pose,), ())
     yaw = (pose.yaw + (command.turn or 0.0)) % 360.0
     wanted = pose.pitch + (command.gaze or 0.0)
     pitch = min(max(wanted, -pitch_limit), pitch_limit)
@@ -107,9 +109,9 @@ def moved(pose: Pose, command: Command, collider: Collider, body: Body, *, pitch
     turned = make_pose(foot, yaw, pitch)
     translate = command.translate
     if translate is None or not translate.distance:
-        return Moved(turned, "gaze limit" if notes else None, 0.0, (turned,), notes)
+        return MotionResult(turned, "gaze limit" if notes else None, 0.0, (turned,), notes)
     motion = collider.move(foot, yaw + translate.bearing, translate.distance, body, slide=slide)
-    return Moved(
+    return MotionResult(
         make_pose(motion.foot, yaw, pitch),
         motion.stopped_by or ("gaze limit" if notes else None),
         round(float(motion.travelled_m), POSE_DIGITS),
@@ -324,7 +326,7 @@ class CameraWorld(World):
         frame = _overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
         return png(draw_overview(self._around.scene, frame))
 
-    def _moved(self, command: Command) -> Moved:
+    def _moved(self, command: Command) -> MotionResult:
         around, slides = self._around, self._settings.boundary == "slide"
         limit = self._settings.camera.pitch_limit
         return moved(self._pose, command, around.collider, around.body, pitch_limit=limit, slide=slides)
@@ -342,7 +344,7 @@ class CameraWorld(World):
         suffix = "png" if self._settings.image_format == "png" else "jpg"
         return f"images/{name}_{number:04d}.{suffix}"
 
-    def _record(self, answer: Answer, command: Command, result: Moved, before: Sight) -> CameraStep:
+    def _record(self, answer: Answer, command: Command, result: MotionResult, before: Sight) -> CameraStep:
         return CameraStep(
             step=self._steps,
             agent=0,

@@ -12,7 +12,7 @@ from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading
-from foundry.worlds.camera.camera_world import MOVE, CameraWorld, Moved
+from foundry.worlds.camera.camera_world import MOVE, CameraWorld, MotionResult
 from foundry.worlds.camera.language import Command, command_record
 from foundry.worlds.camera.surroundings import DRAWS, encoded_view, make_pose
 from foundry.worlds.camera.things import ThingsScenario
@@ -283,7 +283,7 @@ class MapProbeWorld(CameraWorld):
         self._asked += 1
         self._steps += 1
         paths = self._paths if self._settings.keep_images else ()
-        command, still = Command(outcome=reading.outcome), Moved(self._pose, None, 0.0, (), ())
+        command, still = Command(outcome=reading.outcome), MotionResult(self._pose, None, 0.0, (), ())
         record = msgspec.structs.replace(
             self._record(answer, command, still, self._sight),
             command={**command_record(command), "answer": reading.action},

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 import msgspec
 import numpy as np
 
-from foundry.worlds.base import Ahead, Answer, Asked, Question
+from foundry.worlds.base import Ahead, Answer, Question, QuestionKey
 from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, question
 from foundry.worlds.grid.grid_settings import GridSettings, History
 from foundry.worlds.grid.parsing import MessageReading, read_action, read_message
@@ -87,7 +87,7 @@ def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
 
 
 @dataclass
-class Kept:
+class AgentMemory:
     """A copy of an agent's memories and received messages, oldest first; each list has the world's maximum length."""
 
     memories: deque[str]
@@ -129,7 +129,7 @@ class GridAhead(Ahead):
         target: Target,
         step: int,
         cells: Sequence[Cell],
-        inputs: Sequence[Kept],
+        inputs: Sequence[AgentMemory],
     ) -> None:
         """Start at the beginning of a step, before its message questions.
 
@@ -169,7 +169,7 @@ class GridAhead(Ahead):
         self._to_look_at, self._to_act = [], []
         return asked
 
-    def take(self, asked: Asked, answer: Answer) -> None:
+    def take(self, asked: QuestionKey, answer: Answer) -> None:
         """Take an agent's answer: its message, or its action."""
         step, agent, kind = asked
         if kind == MESSAGE:
@@ -177,7 +177,7 @@ class GridAhead(Ahead):
         else:
             self._take_action(self._moments[step], agent, answer)
 
-    def next_round(self) -> Sequence[Asked]:
+    def next_round(self) -> Sequence[QuestionKey]:
         """Return step, agent and kind of each question in the next round; nothing if an answer is missing."""
         step, kind = self._round
         agents = len(self._kept)

@@ -12,7 +12,7 @@ from foundry import seeding
 from foundry.declared import Actions
 from foundry.records import Agent, GridStep, Message, Record
 from foundry.worlds.base import Ahead, Answer, Question, Reading, Recorded, Redrawing, Scenario, World, filler
-from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
+from foundry.worlds.grid.dependence import AgentMemory, GridAhead, is_known
 from foundry.worlds.grid.grid_drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.grid_observation import ACTION, MESSAGE, Perception, deliveries, heard, question
 from foundry.worlds.grid.grid_settings import GridSettings, read_grid_settings
@@ -230,7 +230,7 @@ class GridWorld(World):
         """
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None
-        inputs = list(map(Kept, self._memories, self._received))
+        inputs = list(map(AgentMemory, self._memories, self._received))
         step = self._completed + 1
         return GridAhead(self._settings, self._perception, self._target, step, self._cells, inputs)
 

@@ -68,7 +68,7 @@ class Moments(msgspec.Struct, frozen=True, kw_only=True):
         return max(counts.values(), default=0)
 
 
-class Said(msgspec.Struct, frozen=True, kw_only=True):
+class LoggedAnswer(msgspec.Struct, frozen=True, kw_only=True):
     """An answer from a run's log of calls, with only the keys that a world needs to be replayed."""
 
     step: int
@@ -84,7 +84,7 @@ class Said(msgspec.Struct, frozen=True, kw_only=True):
         return Answer(self.text, self.ending, self.timings.get("latency", 0.0))
 
 
-def digest_of(past: Iterable[Said]) -> str:
+def digest_of(past: Iterable[LoggedAnswer]) -> str:
     """Return the SHA-256 of recorded answers."""
     lines = [[said.step, said.agent, said.kind, said.text, said.ending, said.answer.inference_s] for said in past]
     return hashlib.sha256(msgspec.json.encode(lines)).hexdigest()
@@ -112,11 +112,11 @@ def read_moments(path: str, sha256: str) -> Moments:
     return moments_in(Path(path), sha256)
 
 
-def read_past(path: str, sha256: str) -> list[Said]:
+def read_past(path: str, sha256: str) -> list[LoggedAnswer]:
     """Read a file of recorded answers, and check their hash."""
     try:
         with Path(path).open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
-            past = msgspec.json.Decoder(Said).decode_lines(reader.read())
+            past = msgspec.json.Decoder(LoggedAnswer).decode_lines(reader.read())
     except (OSError, zstandard.ZstdError, *NOT_JSON) as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
     if digest_of(past) != sha256:
@@ -125,7 +125,7 @@ def read_past(path: str, sha256: str) -> list[Said]:
 
 
 @dataclass(frozen=True)
-class Kept:
+class MomentFiles:
     """The files with the moments of a probe, and one seed; objects with equal files and seed are equal.
 
     Attributes:
@@ -142,7 +142,7 @@ class Kept:
 
 
 @lru_cache(maxsize=1024)
-def questions_of(inputs: Kept) -> Mapping[Moment, Question]:
+def questions_of(inputs: MomentFiles) -> Mapping[Moment, Question]:
     """Return the question of each moment with one seed; the conditions of a probe share the cached questions."""
     moments = read_moments(inputs.moments, inputs.sha256)
     questions: dict[Moment, Question] = {}
@@ -152,7 +152,9 @@ def questions_of(inputs: Kept) -> Mapping[Moment, Question]:
     return questions
 
 
-def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:
+def questions_at(
+    scenario: Scenario, seed: int, past: Sequence[LoggedAnswer], moments: Iterable[Moment]
+) -> list[Question]:
     """Return the questions in the given moments of one run, in their order.
 
     The questions come from a replay of the world with the recorded answers.
@@ -170,7 +172,7 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
     return [questions[place] for place in range(len(wanted))]
 
 
-def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
+def asked_in(scenario: Scenario, seed: int, past: Sequence[LoggedAnswer]) -> Iterator[tuple[Question, int]]:
     """Yield each question, and the number of earlier questions with the same step, agent and kind."""
     counts = Counter[tuple[int, int, str]]()
     for _, pending in played(scenario, seed, past):
@@ -179,7 +181,7 @@ def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tu
             counts[question.asked] += 1
 
 
-def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
+def played(scenario: Scenario, seed: int, past: Sequence[LoggedAnswer]) -> Iterator[tuple[World, Sequence[Question]]]:
     """Replay a run with its recorded answers; before each round, yield the world and the questions of this round."""
     world, left = scenario.start(seed), list(reversed(past))
     while not world.finished:
@@ -188,7 +190,7 @@ def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tupl
         world.advance([_answer(question, left) for question in pending])
 
 
-def _answer(question: Question, left: list[Said]) -> Answer:
+def _answer(question: Question, left: list[LoggedAnswer]) -> Answer:
     said = left.pop() if left else None
     if said is None or (said.step, said.agent, said.kind) != question.asked:
         step, agent, kind = question.asked

@@ -10,7 +10,7 @@ from foundry.errors import InputError, RecordError
 from foundry.records import Record, RoundStep
 from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World
 from foundry.worlds.probe.editing import UNEDITED, find_edit
-from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
+from foundry.worlds.probe.moments import Moment, MomentFiles, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
 """Each repeat of a question adds this number to `Question.again`; the counts of a world itself are smaller."""
@@ -35,7 +35,7 @@ class ProbeStep(RoundStep, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True)
-class Put:
+class RepeatedQuestion:
     """A moment's question with the number of its repeat; a probe asks each question several times."""
 
     moment: Moment
@@ -151,13 +151,13 @@ class ProbeScenario(Scenario):
         """Return the moments of all seeds."""
         return read_moments(self._places()["moments"], self._sha256)
 
-    def _put(self, seed: int) -> Iterator[Put]:
+    def _put(self, seed: int) -> Iterator[RepeatedQuestion]:
         asked, around = self._asked(seed), self._around(seed)
         for moment in sorted(asked, key=lambda moment: (moment.step, moment)):
             changed = self._changed(asked, around, moment)
             if changed is not None:
                 for repeat in range(self.repeats):
-                    yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
+                    yield RepeatedQuestion(moment, repeat, replace(changed, again=changed.again + repeat * APART))
 
     def _around(self, seed: int) -> Mapping[Moment, Question]:
         return {**self._asked(seed), **self._asked(self._after(seed))} if self._edit.looks_around else {}
@@ -171,7 +171,7 @@ class ProbeScenario(Scenario):
 
     def _asked(self, seed: int) -> Mapping[Moment, Question]:
         places = self._places()
-        return questions_of(Kept(places["moments"], self._sha256, places["past"], seed, self.source))
+        return questions_of(MomentFiles(places["moments"], self._sha256, places["past"], seed, self.source))
 
     def _after(self, seed: int) -> int:
         seeds = sorted({run.seed for run in self.moments().runs.values()})
@@ -186,11 +186,11 @@ class ProbeScenario(Scenario):
 class ProbeWorld(World):
     """Asks the moments of one seed in rounds, so that a sweep can be stopped between rounds."""
 
-    def __init__(self, source: Scenario, put: Sequence[Put], sampling: Sampling | None = None) -> None:
+    def __init__(self, source: Scenario, put: Sequence[RepeatedQuestion], sampling: Sampling | None = None) -> None:
         """Take the questions in order; with `sampling`, a moment is repeated only after its first answer has come."""
         self._source, self._sampling, self._completed, self._answered = source, sampling, 0, 0
         self._put = [question for question in put if sampling is None or question.repeat == 0]
-        self._repeats: dict[Moment, list[Put]] = {}
+        self._repeats: dict[Moment, list[RepeatedQuestion]] = {}
         for question in put:
             self._repeats.setdefault(question.moment, []).append(question)
 
@@ -218,7 +218,7 @@ class ProbeWorld(World):
         self._completed, self._answered = self._completed + 1, self._answered + len(questions)
         return [self._record(question, answer) for question, answer in zip(questions, answers, strict=True)]
 
-    def _ask_again(self, put: Put, answer: Answer, action: str | float | None) -> None:
+    def _ask_again(self, put: RepeatedQuestion, answer: Answer, action: str | float | None) -> None:
         """Queue a moment's repeats after its first answer; if this has log-probabilities, no repeats are needed."""
         actions = self._source.actions().get(put.moment.kind)
         labels = () if actions is None else actions.labels
@@ -228,14 +228,14 @@ class ProbeWorld(World):
         if not is_told or foreseen(answer.text, answer.logprobs, str(action), labels, self._sampling) is None:
             self._put += self._repeats[put.moment][1:]
 
-    def _round(self) -> Sequence[Put]:
+    def _round(self) -> Sequence[RepeatedQuestion]:
         return self._put[self._answered : self._answered + ROUND]
 
     def draw(self) -> bytes:
         """Raise InputError, because moments of several runs have no common picture."""
         raise InputError(NO_PICTURES)
 
-    def _record(self, put: Put, answer: Answer) -> ProbeStep:
+    def _record(self, put: RepeatedQuestion, answer: Answer) -> ProbeStep:
         reading = self._source.read(put.question, answer)
         self._ask_again(put, answer, reading.action)
         moment = put.moment

@@ -12,7 +12,7 @@ from analysis.camera.sight_rule import is_readable
 from analysis.camera.signatures import recognition
 from analysis.form import form_of
 from analysis.labelling import Labelling, agreement, hand_labelled, rule_labelling
-from analysis.labelling.correcting import Correction, Weighed
+from analysis.labelling.correcting import Correction, WeighedText
 from foundry.labels.definition import label_named
 
 
@@ -145,7 +145,7 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     label = label_named("sight_claim")
 
     def by_people(steps: set[int], weight: float) -> Correction:
-        weighed = tuple(Weighed(step, 0, "move", {"yes" if claims[step] else "no": 1.0}, weight) for step in steps)
+        weighed = tuple(WeighedText(step, 0, "move", {"yes" if claims[step] else "no": 1.0}, weight) for step in steps)
         return Correction(
             label=label, people=("ana",), texts=len(weighed), by_run={run.id: weighed}, known={}, rates={},
             strata_of_run={run.id: (0, "walker")}, version="1",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.findings.study_matrix import Matrix, MatrixCell, MatrixColumn, MatrixRow
-from analysis.paper.ending import MOST_LINES, WIDEST, Told, ending, means_of
+from analysis.paper.ending import MOST_LINES, WIDEST, EndingContent, ending, means_of
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, short_contexts, study
@@ -22,7 +22,7 @@ MEASURES = ("idle_rate.chosen", "communication.rate", "stability.persistence", "
 NOTES = ("a note " * 30, "another note " * 30, "a last one")
 
 
-def told_of(values: dict[str, dict[str, list[float]]], **told) -> Told:
+def told_of(values: dict[str, dict[str, list[float]]], **told) -> EndingContent:
     """Return what is known of runs with these values by model and measure."""
     made = table(
         [
@@ -35,7 +35,7 @@ def told_of(values: dict[str, dict[str, list[float]]], **told) -> Told:
     usual = {"notes": (), "study": "a study", "folders": "out", "tables": "out/analysis"}
     family = list(next(iter(values.values())))
     rows, compared = contrasts(made, columns, family=family), compare(made, columns)
-    return Told(
+    return EndingContent(
         contrasts=rows,
         sides=Sides.of(rows, compared, {}),
         means=means_of(compared, family),
@@ -98,7 +98,7 @@ def plainly_told(rows: list[dict[str, object]], **changes: object) -> list[str]:
     columns = swept_columns(made)
     found = contrasts(made, columns, family=MEASURES[:1]).assign(**changes)
     sides = Sides.of(found, compare(made, columns), {})
-    return ending(Told(found, sides, (), "a study", "out", "out/analysis", lambda *_: ""), 100)
+    return ending(EndingContent(found, sides, (), "a study", "out", "out/analysis", lambda *_: ""), 100)
 
 
 def test_one_model_that_stands_out_is_one_line():

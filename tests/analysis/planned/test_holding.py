@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.planned.holding import Held, answered, held, open_rows, plans_of
+from analysis.planned.holding import PlanCheck, answered, held, open_rows, plans_of
 from analysis.stats.contrasts import contrasts
 from analysis.tables.signature_table import SignatureTable
 from foundry import __version__
@@ -34,10 +34,10 @@ def runs_of(models: str = "ab", seeds: Sequence[int] = range(12), **changes: obj
 
 
 @pytest.fixture
-def hold(tmp_path) -> Callable[..., Held]:
+def hold(tmp_path) -> Callable[..., PlanCheck]:
     """Return a function that holds a plan against a table of runs."""
 
-    def found(made: SignatureTable, models: Sequence[dict[str, object]] = (), weights=(), **changes) -> Held:
+    def found(made: SignatureTable, models: Sequence[dict[str, object]] = (), weights=(), **changes) -> PlanCheck:
         write_preregistration(tmp_path, plan(**{"foundry": __version__, "models": list(weights), **changes}))
         sweep = SweepFolder(tmp_path, Sweep((), (), ()), {}, models)
         result = held(sweep, made, made.frame[["model"]])

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from analysis.probes.choices import Change, MomentKey
 from analysis.probes.comparing import Compared
 from analysis.probes.differences import named
-from analysis.probes.distance import Apart, apart
+from analysis.probes.distance import ChoiceDistance, apart
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.power import seeds_needed
 from analysis.stats.sign_flip import upper_sign_flip_p
@@ -76,7 +76,7 @@ def test_the_interval_of_an_excess_excludes_0_exactly_where_its_p_is_at_most_5_p
     drawn = stream(seeds, "excess").exponential(0.1, seeds)
     keys = [MomentKey(seed, "run", 1, 0, "action", 0) for seed in range(seeds)]
     rows = [
-        Compared({key: Apart(value, shift, 1.0) for key, value in zip(keys, drawn, strict=True)}).rows()[0]
+        Compared({key: ChoiceDistance(value, shift, 1.0) for key, value in zip(keys, drawn, strict=True)}).rows()[0]
         for shift in np.linspace(0.0, 0.14, 60).tolist()
     ]
     excludes = [row["excess_low"] > 0 for row in rows]

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.paper.summary import summary_of
 from analysis.probes.changed import changes_of
-from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
+from analysis.probes.choices import Answers, Change, Chosen, MomentKey, ProbeCondition, Subject
 from analysis.probes.comparing import Compared, compared_edits, compared_pairs, framed
 from analysis.probes.differences import contrasts_of, sides_of
 from analysis.probes.formats import format_tables
@@ -50,7 +50,7 @@ def always(key: MomentKey, rng: np.random.Generator) -> dict[str, int]:
 def answers(policies: Mapping[tuple[str, str], Policy]) -> Answers:
     """Return what models chose, by model and edit."""
     found = {
-        Asked(Subject(model, "p", ""), edit, "none"): chosen(policy, f"{model} {edit}")
+        ProbeCondition(Subject(model, "p", ""), edit, "none"): chosen(policy, f"{model} {edit}")
         for (model, edit), policy in policies.items()
     }
     changes = {"none": Change("none", "invariance"), "mirror": MIRROR, "no_fire": Change("no_fire", "cause")}
@@ -81,7 +81,7 @@ def test_changes_of_no_seed_or_of_few_have_no_test():
     frame = changes_of(answers({("a", "none"): always, ("a", "no_fire"): always}))
     assert frame["change"].tolist() == [0] and frame["p"].isna().all()
     probe = answers({("a", "none"): always, ("a", "no_fire"): by_step})
-    asked = Asked(Subject("a", "p", ""), "no_fire", "none")
+    asked = ProbeCondition(Subject("a", "p", ""), "no_fire", "none")
     few = {key: counts for key, counts in probe.chosen[asked].items() if key.seed < 3}
     frame = changes_of(replace(probe, chosen={**probe.chosen, asked: few}))
     assert frame["p"].isna().all()

@@ -14,7 +14,7 @@ from foundry.records import Outcome
 from foundry.worlds.base import Answer, Question, Scenario
 from foundry.worlds.grid.grid_world import GridScenario
 from foundry.worlds.probe.editing import UNEDITED, Edit
-from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
+from foundry.worlds.probe.moments import LoggedAnswer, Moment, Moments, Source, digest_of, questions_at
 from foundry.worlds.probe.probe_world import APART, ROUND, ProbeScenario
 from small_worlds import GRID, HELLO, greeted, grid, naming
 
@@ -23,15 +23,17 @@ def world() -> GridScenario:
     return grid(agents=3)
 
 
-def played(scenario: Scenario) -> tuple[list[Question], list[Said]]:
+def played(scenario: Scenario) -> tuple[list[Question], list[LoggedAnswer]]:
     """Return what is asked in an episode, and what was answered."""
     pairs = greeted(scenario)
-    past = [Said(step=one.step, agent=one.agent, kind=one.kind, text=text, ending="stop") for one, text in pairs]
+    past = [
+        LoggedAnswer(step=one.step, agent=one.agent, kind=one.kind, text=text, ending="stop") for one, text in pairs
+    ]
     return [one for one, _ in pairs], past
 
 
 def kept_in(
-    folder: Path, moments: list[Moment], past: list[Said], runs: dict[str, Source] | None = None
+    folder: Path, moments: list[Moment], past: list[LoggedAnswer], runs: dict[str, Source] | None = None
 ) -> dict[str, Any]:
     """Write down moments of a run `run`, or of several, and return the settings of a probe of them."""
     runs = runs or {"run": Source(seed=4, sha256=digest_of(past))}

@@ -38,7 +38,7 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
+class ActionResult:
     """The result of an agent's action gather, share, attack or reproduce.
 
     Attributes:
@@ -50,7 +50,7 @@ class Done:
     born: tuple[int, int, int] | None = None
 
 
-NOTHING = Done()
+NOTHING = ActionResult()
 
 
 class Living:
@@ -86,7 +86,7 @@ class Living:
         self._ever = len(bodies)
         self._actions = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
 
-    def do(self, decisions: Sequence[tuple[int, FurnishedAction]]) -> dict[int, Done]:
+    def do(self, decisions: Sequence[tuple[int, FurnishedAction]]) -> dict[int, ActionResult]:
         """Carry out the agents' actions in the given order; impossible actions have no effect."""
         return {
             agent: self._actions[decision.action](agent, decision)
@@ -108,22 +108,22 @@ class Living:
             actions.append(FurnishedAction(Outcome.CHOSEN, REPRODUCE))
         return actions
 
-    def _gather(self, agent: int, _: FurnishedAction) -> Done:
+    def _gather(self, agent: int, _: FurnishedAction) -> ActionResult:
         body = self._bodies[agent]
         taken = 0 if self._food_supply is None else self._food_supply.take(body.cell, self._room(body))
         body.energy += taken
-        return Done(taken)
+        return ActionResult(taken)
 
-    def _share(self, agent: int, decision: FurnishedAction) -> Done:
+    def _share(self, agent: int, decision: FurnishedAction) -> ActionResult:
         giver, taker = self._bodies[agent], self._other(agent, decision)
         if taker is None or decision.amount is None:
             return NOTHING
         given = min(decision.amount, giver.energy, self._room(taker))
         giver.energy -= given
         taker.energy += given
-        return Done(given)
+        return ActionResult(given)
 
-    def _attack(self, agent: int, decision: FurnishedAction) -> Done:
+    def _attack(self, agent: int, decision: FurnishedAction) -> ActionResult:
         attacker, attacked = self._bodies[agent], self._other(agent, decision)
         if attacked is None or self._settings.attack is None:
             return NOTHING
@@ -133,9 +133,9 @@ class Living:
         paid = min(self._settings.attack.cost, attacker.energy + taken)
         attacker.energy -= paid
         attacker.energy += min(taken, self._room(attacker))
-        return Done(taken)
+        return ActionResult(taken)
 
-    def _reproduce(self, agent: int, _: FurnishedAction) -> Done:
+    def _reproduce(self, agent: int, _: FurnishedAction) -> ActionResult:
         parent = self._bodies[agent]
         if not self._may_reproduce(parent) or self._settings.reproduction is None:
             return NOTHING
@@ -147,7 +147,7 @@ class Living:
         parent.energy -= given
         child, self._ever = self._ever, self._ever + 1
         self._bodies[child] = new_body(self._settings, cell, given)
-        return Done(born=(child, *cell))
+        return ActionResult(born=(child, *cell))
 
     def _may_reproduce(self, body: Body) -> bool:
         rule = self._settings.reproduction

@@ -14,10 +14,18 @@ from foundry.worlds.grid.grid_settings import GridSettings
 from foundry.worlds.grid.parsing import MessageReading, read_message
 from foundry.worlds.grid.parts.actions import FurnishedAction, read_furnished_action, reply
 from foundry.worlds.grid.parts.frames import furnished_frame
-from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies
+from foundry.worlds.grid.parts.living import NOTHING, ActionResult, Body, Living, first_bodies
 from foundry.worlds.grid.parts.parts_records import Birth, Burning, FurnishedStep, Growing, LivingStep
 from foundry.worlds.grid.parts.senses import Senses
-from foundry.worlds.grid.parts.terrain import FoodSupply, Ground, Moved, SpreadingFires, WayOut, is_within, moves_of
+from foundry.worlds.grid.parts.terrain import (
+    FoodSupply,
+    Ground,
+    MoveResult,
+    SpreadingFires,
+    WayOut,
+    is_within,
+    moves_of,
+)
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
 
@@ -173,7 +181,7 @@ class FurnishedWorld(World):
         records += [*births, *self._grown(food)]
         return records if self.finished else [*records, *self._go_on()]
 
-    def _move(self, decisions: Mapping[int, FurnishedAction], order: Sequence[int]) -> dict[int, Moved]:
+    def _move(self, decisions: Mapping[int, FurnishedAction], order: Sequence[int]) -> dict[int, MoveResult]:
         """Carry out all moves, and remove the agents that leave."""
         cells = {agent: body.cell for agent, body in self._bodies.items()}
         wanted: dict[int, Cell] = {}
@@ -189,7 +197,7 @@ class FurnishedWorld(World):
                 del self._bodies[agent]
         return moved
 
-    def _lose(self, before: Mapping[int, Body], moved: Mapping[int, Moved]) -> dict[int, str]:
+    def _lose(self, before: Mapping[int, Body], moved: Mapping[int, MoveResult]) -> dict[int, str]:
         """Take energy from all remaining agents, and remove those that die; return the cause of each death."""
         lost: dict[int, str] = {}
         for agent, body in before.items():
@@ -227,11 +235,11 @@ class FurnishedWorld(World):
         *,
         message: MessageReading,
         decision: FurnishedAction,
-        moved: Moved,
+        moved: MoveResult,
         lost: str | None,
         cell: Cell,
         energy: int,
-        done: Done,
+        done: ActionResult,
         food: int,
     ) -> FurnishedStep:
         area = self._scene.areas[index]

@@ -150,7 +150,7 @@ def _between(first: Cell, other: Cell) -> Iterator[Cell]:
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class MoveResult:
     """The result of an agent's attempt to move.
 
     Attributes:
@@ -167,7 +167,7 @@ class Moved:
 
 def moves_of(
     ground: Ground, capacity: int | None, cells: Mapping[int, Cell], wanted: Mapping[int, Cell], order: Sequence[int]
-) -> dict[int, Moved]:
+) -> dict[int, MoveResult]:
     """Carry out the moves of one step; return the result for each agent, by the agent's id.
 
     If a cell has not enough room for all agents that want to enter it, the first agents in the order get in. An agent
@@ -182,23 +182,23 @@ def moves_of(
     """
     held, out = Counter(cells.values()), Counter[str]()
 
-    def move(agent: int) -> Moved:
+    def move(agent: int) -> MoveResult:
         cell, target = cells[agent], wanted[agent]
         if (stop := ground.stops(target)) is not None:
-            return Moved(cell, blocked=stop)
+            return MoveResult(cell, blocked=stop)
         way_out = ground.exits.get(target)
         if way_out is not None:
             if way_out.capacity is not None and out[way_out.name] >= way_out.capacity:
-                return Moved(cell, blocked="exit")
+                return MoveResult(cell, blocked="exit")
             out[way_out.name] += 1
         elif capacity is not None and held[target] >= capacity:
-            return Moved(cell, blocked="agents")
+            return MoveResult(cell, blocked="agents")
         else:
             held[target] += 1
         held[cell] -= 1
-        return Moved(target, left=None if way_out is None else way_out.name)
+        return MoveResult(target, left=None if way_out is None else way_out.name)
 
-    moved = {agent: Moved(cell) for agent, cell in cells.items()}
+    moved = {agent: MoveResult(cell) for agent, cell in cells.items()}
     waiting: defaultdict[Cell, list[int]] = defaultdict(list)
     for agent in order:
         mover: int | None = agent
