@@ -47,7 +47,7 @@ class Request(msgspec.Struct, frozen=True):
     Attributes:
         messages: the rendered prompt.
         seed: sampling seed, 0..2^31-1.
-        observation: input of scripted models, with the world's secrets; it is never sent to a server.
+        observation: input of scripted models, with the data that only they get; no server ever gets this input.
         step: 1-based step.
         key: hash of everything that affects the answer; the key of the answer cache.
         options: a reply for each legal decision, if the world declares them.
@@ -122,7 +122,7 @@ class UnusableReply(TransientError):
     """A reply without usable content. The call is repeated; if no try gives a usable reply, this reply is the answer.
 
     Attributes:
-        reply: the reply as received; it has no text, and the ending `stop` or `aborted`.
+        reply: the reply as received: a reply without text, with the ending `stop` or `aborted`.
     """
 
     def __init__(self, message: str, reply: Reply) -> None:

@@ -52,7 +52,7 @@ class Question:
         kind: kind of question; a prompt has one template per kind.
         observation: data that the agent perceives.
         images: PNG or JPEG bytes that the agent sees, in order.
-        secret: data for scripted policies only; templates cannot read it.
+        secret: data that only scripted policies get; templates cannot read these data.
         options: a reply for each legal decision; `scripted/random` draws from them. Without such replies, the list is
             empty.
         idle: the reply that does nothing, which `scripted/stay` gives; None if there is none.
@@ -213,11 +213,12 @@ class Scenario(ABC):
 
     Attributes:
         name: the world's name in tables and records.
-        form: name of the form of its records, by which foundry finds the code that turns them into arrays and pages.
-        records: classes of the records that its episodes write; records of other classes are rejected.
+        form: name of the form of the world's records; by this name, foundry finds the code that turns records into
+            arrays and pages.
+        records: classes of the records that the world's episodes write; records of other classes are rejected.
         public_name: path from which the class will always be importable; run ids depend on it. None means the path of
             the class's definition.
-        shows_images: whether its questions contain images, which not every model can see.
+        shows_images: whether the world's questions contain images, which not every model can see.
         grows: whether agents may join after the start; `personas` then includes agents that may join.
     """
 

@@ -50,7 +50,7 @@ class CachedAnswer(msgspec.Struct, frozen=True, gc=False):
     """A cached answer.
 
     Attributes:
-        mark: text that identifies the state of the server when it gave the answer; None once the answer is confirmed.
+        mark: text that identifies the server's state at the time of the answer; None once the answer is confirmed.
     """
 
     reply: Reply

@@ -66,7 +66,7 @@ class CanaryWatch:
     """Compares a model's present canary with the canary of the weights that gave the cached answers."""
 
     def __init__(self, model: Model, known: KnownWeights, info: ModelInfo) -> None:
-        """Take a model with a canary, the known sets of weights with its name, and the server's facts about it."""
+        """Take a model with a canary, the known sets of weights with the model's name, and the server's facts."""
         self._name = model.name
         self._known = known
         self._digest = info.digest or ""

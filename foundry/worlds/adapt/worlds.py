@@ -48,8 +48,8 @@ class Return(Record, frozen=True, kw_only=True):
     Attributes:
         step: the last round.
         agent: agent id.
-        total: sum of its rewards, including those after its last decision.
-        turns: number of its decisions.
+        total: sum of the agent's rewards, including the rewards after its last decision.
+        turns: number of the agent's decisions.
     """
 
     stream: ClassVar[str] = "returns"

@@ -63,11 +63,12 @@ class Target:
     """A target.
 
     Attributes:
-        name: its name in the task.
-        paths: paths of its meshes.
-        label: label of its meshes, or None if they have none or several.
+        name: the target's name in the task.
+        paths: paths of the target's meshes.
+        label: label of the target's meshes; None if they have no label or several.
         radius: distance that counts as reached, metres.
-        ways: shortest paths to its goal: the cells that are near enough, with the target in line of sight.
+        ways: shortest paths to the goal: the cells that are near enough to the target and from which it is in line of
+            sight.
     """
 
     name: str

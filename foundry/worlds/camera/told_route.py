@@ -21,7 +21,7 @@ class Leg(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         turn: turn before the leg, whole degrees, left positive, -180..180.
         metres: length seen from above, metres, rounded to tenths.
-        end: foot at its end, metres.
+        end: place of the foot at the end of the leg, metres.
         towards: name of the thing straight ahead at the leg's start, or null.
         near: name of a thing that is near and in view at the leg's end, or null.
         side: where the near thing is at the leg's end: `ahead`, `left` or `right`, or null.

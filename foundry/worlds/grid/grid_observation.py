@@ -65,10 +65,10 @@ class Scene:
 
         Args:
             index: index of the agent in the sequences of this scene.
-            cell: its cell before the move.
-            arrived: its cell after the move.
-            message: its message.
-            action: its decision.
+            cell: the agent's cell before the move.
+            arrived: the agent's cell after the move.
+            message: the agent's message.
+            action: the agent's decision.
         """
         return {
             "x": cell[0],
@@ -224,10 +224,10 @@ def question(
     """Return the message question of an agent, or its action question if it has already given its message.
 
     Args:
-        perceived: its observation in this step, without memories and messages.
-        memories: its memories, oldest first.
+        perceived: the agent's observation in this step, without memories and messages.
+        memories: the agent's memories, oldest first.
         received: messages from others, oldest first.
-        said: its message in this step; None before it has given one.
+        said: the agent's message in this step; None before the agent has given one.
     """
     observation = perceived | {"memory": list(memories), "received": list(received)}
     if said is not None:

@@ -283,8 +283,8 @@ class Sharer(Forager):
     """A forager that gives energy to an agent within reach if it has more than enough.
 
     Attributes:
-        enough: energy above which it gives.
-        gift: units of energy that it gives.
+        enough: the agent gives energy if it has more than this.
+        gift: units of energy that the agent gives.
     """
 
     def __init__(self, name: str, enough: int = 25, gift: int = 5) -> None:

@@ -38,7 +38,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """How much an agent remembers.
 
     Attributes:
-        memory: number of its latest own memories; 0 for none.
+        memory: number of the latest own memories that an agent observes; 0 for none.
         messages: number of the latest messages from others; 0 for none.
     """
 

@@ -189,10 +189,10 @@ class Fire(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     Attributes:
         name: unique name.
-        start: first step at which agents can perceive it.
-        position: its cell.
+        start: first step at which agents can perceive the fire.
+        position: the fire's cell.
         intensity: 0 to 1.
-        radius: agents up to this Euclidean distance from its nearest burning cell perceive it, cells.
+        radius: agents perceive the fire up to this Euclidean distance from its nearest burning cell, cells.
         spread: probability per step that a burning cell ignites a neighbouring one.
         risk: probability that an agent dies if it ends a step in a burning cell.
     """

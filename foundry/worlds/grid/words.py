@@ -224,7 +224,7 @@ def _is_remark(rest: str, meanings: frozenset[str]) -> bool:
 
 
 _MOST = 32
-"""Maximum number of labels such as "action:" in a text; a text with more labels contains no clear decision."""
+"""Maximum number of labels such as "action:" in a text. A text with more labels contains no clear decision."""
 
 _NAMES = "|".join(
     re.escape(name) for names in _WORDS.keys.values() for name in sorted(_split(names), key=len, reverse=True)
@@ -253,7 +253,7 @@ def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
 
     Args:
         text: a reply without an object.
-        cut: whether the reply was cut; its last value may then be incomplete, so it is left out.
+        cut: whether the reply was cut; the last value of a cut reply may be incomplete, so this value is left out.
 
     Returns:
         A `Conflicting` object if a key has several texts.

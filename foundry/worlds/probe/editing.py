@@ -51,7 +51,8 @@ class Edit:
         expected: function that converts the action without the edit to the action that should follow the edit.
         parts: function that returns the names of its parts in a world; `change` then takes one as `part`.
         origin: the source of the edit, for messages.
-        moves: quantity that the edit sets, and its value; then unchanged moments are asked too.
+        moves: the quantity that the edit sets, and the value; with `moves`, moments that the edit does not change are
+            asked too.
     """
 
     name: str

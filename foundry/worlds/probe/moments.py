@@ -35,7 +35,7 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
     """A run in which some of the probe's moments were recorded.
 
     Attributes:
-        sha256: hash of its answers, up to the step of its last moment.
+        sha256: hash of the run's answers, up to the step of the last moment.
     """
 
     seed: int

@@ -83,7 +83,7 @@ class ProbeScenario(Scenario):
         Args:
             name: name of the world.
             source: the recorded world.
-            edit: what `sweep.yaml` records about the edit; its `name` finds the edit.
+            edit: the entry of `sweep.yaml` about the edit; `find_edit` finds the edit by the `name` in this entry.
             repeats: number of times that each moment is asked.
             moments: SHA-256 of the file of moments.
             sampling: options of the model's calls. A moment is asked once if the probabilities of its first reply, with

@@ -72,9 +72,9 @@ class _Namer:
     """The state of an agent.
 
     Attributes:
-        memory: its latest interactions, each with `own`, `other` and `points`, newest last.
-        known: the names that it knows, with the protocol `speaker`.
-        says: the name that it always says; None if it is asked.
+        memory: the agent's latest interactions, each with `own`, `other` and `points`, newest last.
+        known: the names that the agent knows, with the protocol `speaker`.
+        says: the name that the agent always says; None for an agent that is asked.
     """
 
     memory: deque[dict[str, Any]]

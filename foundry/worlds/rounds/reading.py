@@ -110,7 +110,7 @@ class _Reader:
         return readings[-1] if {reading.action for reading in readings} | before == {readings[-1].action} else None
 
     def _within(self, fields: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
-        """Yield the decision of an object, else those of the objects inside it; None for an uncertain decision."""
+        """Yield the decision of an object, else the decisions of its inner objects; None for an uncertain decision."""
         if isinstance(fields, Conflicting):
             yield None
         elif any(self._decides(key) and not isinstance(value, dict) for key, value in fields.items()):

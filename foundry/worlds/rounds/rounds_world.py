@@ -201,7 +201,7 @@ class RoundsScenario(Scenario):
         return self.agents * len(self.kinds) * self.steps
 
     def wordy_answer(self, question: Question, characters: int) -> str:
-        """Return an answer of this length: the last option with a long message or, in talk, only the message."""
+        """Return an answer of this length: the last option and a long message, or (in talk) only the message."""
         text = filler(max(characters - 60, 1))
         if question.kind in self.actions() and question.options:
             return json.dumps({**json.loads(question.options[-1]), MESSAGE: text}, ensure_ascii=False)

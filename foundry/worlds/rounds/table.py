@@ -24,7 +24,7 @@ class Decision:
         step: 1-based round.
         action: the decision; None for an unreadable reply and for talk.
         taken: the action that the rules apply: the decision, or the idle action after an unreadable reply.
-        message: its message, or None.
+        message: the agent's message, or None.
     """
 
     step: int
@@ -132,7 +132,7 @@ class Table:
 
         Args:
             decision: a decision of this round.
-            utility: the agent's utility from it in this round.
+            utility: the agent's utility from the decision in this round.
             keys: values of the keys that the world's line class adds to the common ones.
 
         Raises:

@@ -339,7 +339,7 @@ class Navigator:
             region: (2, 2) or (2, 3) lowest and highest corner of the region, metres. Without heights, the place is on
                 the lowest floor that covers a good part of the region, not on a roof or a table.
             clearance_m: smallest distance from the body's axis to the nearest obstacle, metres.
-            field: if given, only places with a path to one of its goals are drawn.
+            field: if given, only places with a path to one of the goals of this field are drawn.
         """
         axes = region.shape[1]
         inside = ((self.places[:, :axes] >= region[0]) & (self.places[:, :axes] <= region[1])).all(axis=1)

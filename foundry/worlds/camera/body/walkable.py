@@ -183,7 +183,7 @@ class Route:
 
     Attributes:
         points: (k, 3) the start, the turns and the end, metres.
-        length_m: its length seen from above.
+        length_m: length of the route seen from above, metres.
     """
 
     points: FloatArray

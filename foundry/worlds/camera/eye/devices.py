@@ -130,7 +130,7 @@ class Drawer:
 
     Attributes:
         name: name and version of the OpenGL renderer.
-        why: reason for the choice of its device.
+        why: reason for the choice of the device.
     """
 
     name: str

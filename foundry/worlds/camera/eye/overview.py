@@ -235,7 +235,7 @@ class OverviewFrame:
 
     Attributes:
         foot: (3,) place of the agent's foot, metres.
-        trail: (k, 3) earlier places of its foot, the first one first.
+        trail: (k, 3) earlier places of the agent's foot, the first place first.
         caption: text along the top, such as the step and the command.
         inset: (h, w, 3) the agent's view, or None.
         bounds: (2, 3) box that must be visible, metres; None means the whole scene.

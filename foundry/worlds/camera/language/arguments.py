@@ -28,7 +28,7 @@ class Mention:
         category: kind of motion.
         direction: bearing of a translation, degrees from the heading, counter-clockwise; else +1 for left or up, -1 for
             right or down, 0 for a refused motion without a direction.
-        amount: its amount, None if the text has none.
+        amount: the stated amount, None if the text has none.
         small: whether the text says "a bit".
         degrees: angle that the words imply, as in "turn around", degrees; else 0.
         wanted: False for a motion that the text refuses.
@@ -36,7 +36,7 @@ class Mention:
         inferred: whether anything but the amount had to be inferred.
         later: whether the motion counts only if the reply names no earlier motion.
         remarks: notes on how the text was read.
-        segment: index of its segment in the sentence.
+        segment: index of the segment of the sentence that names the motion.
     """
 
     category: Category

@@ -160,8 +160,8 @@ class _Inflection(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Attributes:
         asking: endings that keep the verb's meaning.
-        past: endings that put it into the past.
-        other: endings with which it asks for no motion.
+        past: endings that put a verb into the past.
+        other: endings with which a verb asks for no motion.
         plain: the ending that comes before the words of `_Language.afterwards`.
     """
 

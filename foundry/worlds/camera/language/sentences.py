@@ -24,9 +24,9 @@ class Token:
     """A word or phrase of the text and its meaning.
 
     Attributes:
-        text: its text in lower case.
-        number: value of its digits.
-        signed: whether its digits have a sign.
+        text: text of the token in lower case.
+        number: value of the digits.
+        signed: whether the digits have a sign.
     """
 
     word: Word
@@ -51,7 +51,7 @@ def _alternatives(names: Iterable[str]) -> str:
 
 
 def _branches(names: Sequence[str]) -> str:
-    """Return a regular expression for sorted names; a beginning that names share stands in it once, which is fast."""
+    """Return a regular expression for sorted names; for speed, it states a beginning that names share only once."""
     shared = os.path.commonprefix(names)
     rests = [name[len(shared) :] for name in names]
     ends = "" in rests
@@ -341,9 +341,9 @@ class Sentence:
     """A sentence, split into segments at commas, other marks, and words such as "and".
 
     Attributes:
-        question: whether it ends with a question mark.
-        whole: whether it was read from its beginning.
-        cut: whether it was too long to be read to its end.
+        question: whether the sentence ends with a question mark.
+        whole: whether the sentence was read from its beginning.
+        cut: whether the sentence was too long to be read to its end.
     """
 
     segments: Sequence[Segment]

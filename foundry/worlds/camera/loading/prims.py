@@ -35,7 +35,7 @@ class GprimReader:
         self._materials, self._findings, self._values = materials, findings, values
 
     def read(self, prim: Any) -> Iterator[SceneMesh]:
-        """Yield the prim's meshes in its own space: one mesh, or one for each geom subset; none without any face."""
+        """Yield the prim's meshes in its own space: none without faces, else one mesh or one for each geom subset."""
         topology = self._topology(prim)
         if topology is None or not len(topology.triangles):
             return

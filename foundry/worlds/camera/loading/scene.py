@@ -52,7 +52,7 @@ class Scene:
     """The content of a USD stage.
 
     Attributes:
-        name: the file's name without its ending.
+        name: the scene file's name without the ending.
         sha256: digest of all files of the stage and of the excluded patterns.
         meshes: in the order of the stage.
         bounds: (2, 3) lowest and highest corner of the points, metres.

@@ -30,7 +30,7 @@ def furnished_frame(
 
     Args:
         settings: the world.
-        ground: its walls and exits.
+        ground: the walls and exits of the world.
         personas: persona of each agent, including agents that may be born.
         step: number of completed steps.
         bodies: cell of each present agent, by id.

@@ -22,11 +22,11 @@ class Body:
     """The state of a present agent.
 
     Attributes:
-        energy: its energy; 0 in a world without energy.
-        known: names of the exits that it knows.
-        memories: its memories, oldest first.
+        energy: the agent's energy; 0 in a world without energy.
+        known: names of the exits that the agent knows.
+        memories: the agent's memories, oldest first.
         received: messages from others, oldest first.
-        robbed: whether it was attacked in this step.
+        robbed: whether the agent was attacked in this step.
     """
 
     cell: Cell
@@ -73,7 +73,7 @@ class Living:
 
         Args:
             settings: the world.
-            ground: its walls and exits.
+            ground: the walls and exits of the world.
             bodies: present agents by id; newborns are added.
             food_supply: the food, if the world has any.
             rng: draws the cells of newborns.

@@ -10,11 +10,12 @@ class FurnishedStep(GridStep, frozen=True, kw_only=True):
     """An agent's step in a world with parts such as walls (`steps.jsonl`); agents that left or died have no line.
 
     Attributes:
-        exits: names of the exits that it knew before the move.
-        blocked: obstacle of its requested move: `edge`, `wall`, `agents` (the cell is full), or `exit` (the exit lets
-            no more agents out in this step); null if it could move, or did not want to.
-        left: name of the exit by which it left in this step, or null.
-        lost: cause of its death at the end of the step: the name of a fire or a zone, `energy`, `attack`, or null.
+        exits: names of the exits that the agent knew before the move.
+        blocked: obstacle of the move that the agent chose: `edge`, `wall`, `agents` (the cell is full), or `exit` (the
+            exit lets no more agents out in this step); null if it could move, or did not want to.
+        left: name of the exit by which the agent left in this step, or null.
+        lost: cause of the agent's death at the end of the step: the name of a fire or a zone, `energy`, `attack`, or
+            null.
     """
 
     exits: tuple[str, ...]
@@ -27,12 +28,12 @@ class LivingStep(FurnishedStep, frozen=True, kw_only=True):
     """A line of `steps.jsonl` in a world with energy: one agent's step.
 
     Attributes:
-        energy: its energy before the step.
-        energy_next: its energy after the step; 0 if it left or died.
-        target: id of the agent that it tried to share with or attack, or null.
-        amount: energy that it gathered, shared or took; 0 if its action had no effect.
-        born: id and cell (x, y) of its newborn, or null.
-        food: units of food in its cell before the step.
+        energy: the agent's energy before the step.
+        energy_next: the agent's energy after the step; 0 if the agent left or died.
+        target: id of the agent that this agent tried to share with or attack, or null.
+        amount: energy that the agent gathered, shared or took; 0 if the action had no effect.
+        born: id and cell (x, y) of the agent's newborn, or null.
+        food: units of food in the agent's cell before the step.
     """
 
     energy: int
@@ -47,8 +48,8 @@ class Birth(Agent, frozen=True, kw_only=True):
     """An agent born during the run (`agents.jsonl`).
 
     Attributes:
-        parent: id of its parent.
-        step: step of its birth; it is first asked in the next step.
+        parent: id of the newborn's parent.
+        step: step of the birth; the newborn gets its first question in the next step.
     """
 
     parent: int
@@ -59,7 +60,7 @@ class Burning(Record, frozen=True, kw_only=True):
     """A cell that catches fire before the questions of a step (`burning.jsonl`).
 
     Attributes:
-        step: 1-based step from which it burns.
+        step: 1-based step from which the cell burns.
         x: column.
         y: row, upwards.
         fire: name of the fire.
@@ -96,8 +97,8 @@ class Fixture(Record, frozen=True, kw_only=True):
 
     Attributes:
         kind: `places` or `fires`.
-        name: its name.
-        x: column of its centre.
+        name: name of the place or fire.
+        x: column of the centre.
         y: row, upwards.
     """
 

@@ -23,7 +23,7 @@ class Exit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     Attributes:
         name: unique name.
         cells: the cells that lead out.
-        capacity: number of agents that all its cells together let out per step; null for any number.
+        capacity: number of agents that all cells of the exit together let out per step; null for any number.
         known: share of the agents that know the exit from the start, where `true` means 1. Other agents know the exit
             once they have seen it.
     """

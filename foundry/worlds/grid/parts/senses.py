@@ -54,7 +54,7 @@ def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntA
 
     Args:
         settings: the world.
-        ground: its walls, which may block talk.
+        ground: the walls of the world, which may block talk.
         cells: cell of each agent, (n, 2).
         areas: area of each agent, (n,).
     """

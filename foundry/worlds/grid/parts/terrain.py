@@ -154,8 +154,8 @@ class MoveResult:
     """The result of an agent's attempt to move.
 
     Attributes:
-        cell: the agent's cell afterwards; the exit's cell if it left.
-        left: name of the exit by which it left, or None.
+        cell: the agent's cell afterwards; the exit's cell if the agent left.
+        left: name of the exit by which the agent left, or None.
         blocked: what prevented the move: `edge`, `wall`, `agents` (the cell is full), `exit` (its capacity is used up),
             or None.
     """
