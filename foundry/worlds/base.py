@@ -124,8 +124,8 @@ class Ahead(ABC):
     """Finds the questions of later steps of an episode whose content is already known, so that they can be asked early.
 
     A world waits in each round for the slowest answer. But if no missing answer can affect an agent, the agent's next
-    questions are already known. This class returns these questions once each, equal to the world's later questions. The
-    world itself still advances round by round, so its records do not change.
+    questions are already known. This class returns each of these known questions once; the world later states the same
+    questions. The world itself still advances round by round, so its records do not change.
     """
 
     @abstractmethod

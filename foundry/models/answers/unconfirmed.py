@@ -44,8 +44,8 @@ class Unconfirmed:
 
     An answer is stored with a mark, which identifies the state of its server. If a later check finds the server
     unchanged, the marks of all earlier answers are removed, for all processes. If the server has changed, the marked
-    answers are deleted. So the next user of the cache confirms or deletes the answers of a killed worker. A marked
-    answer of another server, or of a server that has changed, counts as absent.
+    answers are deleted. If a worker is killed, the next user of the cache confirms or deletes its marked answers. A
+    marked answer of another server, or of a server that has changed, counts as absent.
 
     Attributes:
         changed: the error that every further call raises once the server has changed; None before.

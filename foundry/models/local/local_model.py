@@ -112,8 +112,8 @@ class Batches:
 class TransformersModel(ServedModel):
     """Answers calls of several agents and runs in one batch. A reply depends on its prompt and seed, not on its batch.
 
-    The exception is rounding, which depends on the shape of a batch. So in half precision a text may differ, as on any
-    server with parallel calls.
+    The exception is rounding, which depends on the shape of a batch. In half precision the text of a reply may
+    therefore depend on its batch, as on any server with parallel calls.
     """
 
     in_process = True

@@ -1,9 +1,9 @@
 """Finds the best number of calls in flight for a server by hill climbing on its throughput.
 
 The latency of single calls does not show whether a server is saturated. Replies differ in length, and a batch slows
-single replies long before it lowers the total throughput. So limits are compared by tokens answered per second. .NET's
-thread pool and adaptive concurrency limiters compare limits by throughput too. A new limit is accepted or rejected once
-the difference in throughput is larger than its standard error explains.
+single replies long before it lowers the total throughput. So two limits on the calls in flight are compared by the
+number of answered tokens per second. .NET's thread pool and adaptive concurrency limiters compare limits by throughput
+too. A new limit is accepted or rejected once the difference in throughput is larger than its standard error explains.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ MANY_CALLS = 120
 COARSE = 0.5
 """Maximum error of a relative gain by which a new limit is accepted or rejected early."""
 FIRST_STEP = 4.0
-"""Factor of the first increase of the limit. It is large, since too many calls in flight for a short time do little
-harm.
+"""Factor of the first increase of the limit. This factor is large, since too many calls in flight for a short time do
+little harm.
 """
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
@@ -154,9 +154,9 @@ class Climb:
     """Finds the best limit by trial: it measures throughput at two limits, keeps the better one, and tries again.
 
     The object gets the sums of the calls whenever they change, and sets `limit`, the allowed calls in flight. At first
-    the limit grows fourfold as long as the throughput grows enough. Then the changes become smaller; later the limit
-    goes up and down in turn, with pauses in between. After refusals, timeouts, or a server's report of its queue, the
-    limit falls without a comparison.
+    the limit grows fourfold as long as the throughput grows enough. Then the changes of the limit become smaller; later
+    the limit goes up and down in turn, with pauses in between. After refusals, timeouts, or a server's report of its
+    queue, the limit falls without a comparison.
     """
 
     def __init__(self, *, least: int, most: int, initial: int, known: bool = False, only_up: bool = False) -> None:

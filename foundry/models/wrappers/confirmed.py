@@ -39,8 +39,9 @@ class ConfirmedModel(Wrapper):
     A check compares the server's facts about the model, and its answers to canary calls. The canary decides if the
     server reports no digest; otherwise a difference is only logged.
 
-    A server that was restarted, perhaps with other weights under its name, has new connections. So a reply over a new
-    connection is returned only after a check of the server. Facts about weights in a reply are compared at once.
+    A server that was restarted, perhaps with other weights under its name, has new connections. So foundry returns a
+    reply over a new connection only after a check of the server's weights. Facts about weights in a reply are compared
+    at once.
     """
 
     def __init__(

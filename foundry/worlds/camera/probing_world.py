@@ -107,8 +107,8 @@ class MapProbeScenario(ThingsScenario):
         of pictures, of which the latest is last; `walk`; `step`. For a move, see `foundry.worlds.camera.camera_world`.
 
     Questions:
-        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent chooses to stay. Then
-        one question of each kind in `questions`, one after the other.
+        With `walk: own`, one `move` question per step for `steps` decisions, or until the agent chooses to stay. After
+        the walk, one question of each kind in `questions`, one after the other.
 
     Actions:
         A letter for `nearer` and `order`, `left` or `right` for `side`, a number for `count` and `distance`.

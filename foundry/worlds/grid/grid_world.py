@@ -41,7 +41,7 @@ class GridScenario(Scenario):
 
     Questions:
         Each step asks every agent for a message and delivers the messages to its neighbours before the move (same area,
-        Euclidean distance within `communication_distance`). Then it asks every agent for an action.
+        Euclidean distance within `communication_distance`). Then each step asks every agent for an action.
 
     Actions:
         Stay, or move by one cell up, down, left or right; all moves happen at once. A move over the edge is recorded

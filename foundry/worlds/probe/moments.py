@@ -80,7 +80,7 @@ class LoggedAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def answer(self) -> Answer:
-        """This recorded answer, in the form in which the world got it."""
+        """The recorded answer in the form in which the world got it: its text, its ending and its time."""
         return Answer(self.text, self.ending, self.timings.get("latency", 0.0))
 
 

@@ -66,9 +66,9 @@ class Fishery(RoundsScenario):
     Description:
         Each month all agents say at once how many tons they want to catch. If they want more than the stock, their
         catches are cut. `stochastic` gives each ton to a random agent that still wants some. `proportional` gives
-        proportional shares, rounded down, and then the remaining tons at random to agents that were rounded down. Then
-        the group talks, and the remaining stock doubles, at most to its initial size. From some month on, a scripted
-        outsider may fish too; it gets no questions and hears nothing.
+        proportional shares, rounded down, and then the remaining tons at random to agents that were rounded down. After
+        the catches, the group talks, and the remaining stock doubles, at most to its initial size. From some month on,
+        a scripted outsider may fish too; it gets no questions and hears nothing.
 
     Observation:
         `stock`, `capacity` and `collapse` (tons). `months`: for each month so far `step`, `stock` before the catch,
@@ -78,8 +78,8 @@ class Fishery(RoundsScenario):
         last month.
 
     Questions:
-        `catch`, to all agents at once. Then `talk`, to one agent after the other in a random order, repeatedly. The
-        conversation ends after `talk` questions, or after every agent in turn was silent.
+        `catch`, to all agents at once. After the catches, `talk`, to one agent after the other in a random order,
+        repeatedly. The conversation ends after `talk` questions, or after every agent in turn was silent.
 
     Actions:
         A whole number of tons, 0 to the stock. An unreadable reply counts as 0.
@@ -211,7 +211,8 @@ def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray
     """Return the units that each of N agents gets, if each unit goes to a random agent that still wants some.
 
     Each agent gets its units after independent, exponentially distributed waiting times. Such times have no memory, so
-    each agent that still wants a unit is equally likely to get the next one. So no loop over the units is needed.
+    each agent that still wants a unit is equally likely to get the next one. Because of this, no loop over the units is
+    needed.
 
     Args:
         wanted: wished units, (N,), in total more than `units`.

@@ -161,7 +161,7 @@ class PunishedGoods(PublicGoods):
         E. Fehr and S. Gächter, Cooperation and punishment in public goods experiments, American Economic Review 90
         (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit of punishment costs 1 and takes
         3. In the article in Nature, groups of four change from round to round, and a member may get up to ten units
-        from another. Here one group stays together, and each agent may punish one other agent once.
+        from another. In this world, one group stays together, and each agent may punish one other agent once.
     """
 
     kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)

@@ -171,8 +171,8 @@ class RoundsScenario(Scenario):
     def play(self, table: Table) -> Play:
         """Play one episode: yield lists of questions, receive the agents' decisions, and record the results.
 
-        The generator keeps the episode's state in its own variables and draws random numbers from `table.stream`. So
-        the same seed and answers give the same records.
+        The generator keeps the episode's state in its own variables and draws random numbers from `table.stream`.
+        Because of this, the same seed and answers give the same records.
         """
 
     def start(self, seed: int) -> RoundsWorld:

@@ -170,8 +170,8 @@ class Way:
 class Leg:
     """A straight path from `foot` (3,) along `heading` (2,).
 
-    The body moves at the height of the last floor, and rises or sinks at the next floor. It detects every obstacle,
-    even a thin wall on a long path.
+    The body moves at the height of the last floor, and rises or sinks at the next floor. The path stops at every
+    obstacle, even at a thin wall on a long path.
     """
 
     def __init__(self, ground: Ground, bounds: FloatArray, foot: FloatArray, heading: FloatArray, body: Body) -> None:

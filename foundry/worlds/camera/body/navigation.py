@@ -356,7 +356,7 @@ class Navigator:
         return np.array(self.places[rng.choice(cells if axes == 3 else self._lowest_floor(cells))])
 
     def _lowest_floor(self, cells: IntArray) -> IntArray:
-        """Return the cells on the lowest floor that has at least a quarter of the largest floor's cells."""
+        """Return the lowest floor's cells; floors with less than a quarter of the largest one's cells do not count."""
         labels, inverse = np.unique(self._component[cells], return_inverse=True)
         counts = np.bincount(inverse)
         heights = np.bincount(inverse, self.places[cells, 2]) / counts
