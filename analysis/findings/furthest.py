@@ -77,8 +77,8 @@ def _of_measure(
         mean = float(values[places].mean())
         for place in places.tolist():
             value, average = rounded([values[place], mean])
-            distance = float(abs(values[place] - mean)) / spread
-            far_runs.append(FarRun(members[place].folder.id, measure, label, value, average, round(distance, 2)))
+            if distance := round(float(abs(values[place] - mean)) / spread, 2):
+                far_runs.append(FarRun(members[place].folder.id, measure, label, value, average, distance))
     return far_runs
 
 

@@ -27,6 +27,8 @@ class AnalysedRuns:
     def of(self, run: str) -> dict[str, Any]:
         """Return the `events` of a run, the reason `why` there are none (or ""), and its `score` (or None)."""
         file, problem = self._sweep.folder.analysis_dir / "events.parquet", ""
+        if self._sweep.is_probe:
+            return {"events": [], "why": "A probe has no events.", "score": None}
         if not file.is_file():
             problem = "not analysed"
         elif self._sweep.table.texts("run", [run]) != [run]:

@@ -1,5 +1,6 @@
 """The moments of a probe as the viewer hands them out."""
 
+import json
 import shutil
 import urllib.request
 from collections import Counter
@@ -155,6 +156,13 @@ def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(resources: Reso
     search = TextSearch(SweepFolder.open(mine))
     assert search.find(Query("note", "turned"))["hits"] == [[run, step, agent, "note", "It turned back. odd Ada", 7]]
     search.close()
+
+
+@pytest.mark.slow
+def test_a_run_of_a_probe_has_no_events_and_says_so(resources: Resources, tmp_path: Path):
+    run = SweepFolder.open(tmp_path / "probed").runs()[0].id
+    found = json.loads(resources.get(f"run/probed/{run}/analysis").content)
+    assert found == {"events": [], "why": "A probe has no events.", "score": None}
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@
   ];
 
   /** Return an event in a few words. */
-  function wordsOf({event, agent}) { return `${event.replaceAll("_", " ")}${agent === null ? "" : ` · ${agent}`}`; }
+  function wordsOf({event, agent}) { return `${event.replaceAll("_", " ")}${agent === null ? "" : `, agent ${agent}`}`; }
 
   /** A canvas with a hand that shows the position of the clock. The drawing does not change while the hand moves. */
   class Dial {

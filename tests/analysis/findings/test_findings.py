@@ -25,7 +25,9 @@ WORLD = ("world.agents=4", "world.steps=4")
 
 
 @pytest.mark.slow
-def test_every_analysis_writes_the_largest_gaps_with_recorded_moments_the_matrix_and_the_furthest_runs(tmp_path):
+def test_every_analysis_writes_the_largest_gaps_with_recorded_moments_the_matrix_and_the_furthest_runs(
+    tmp_path, monkeypatch
+):
     swept = tmp_path / "sweep"
     foundry.sweep("model=scripted/random,scripted/stay,scripted/echo", "seed=0-3", f"output.dir={swept}", *WORLD)
     with pytest.raises(foundry.InputError, match=r"findings.json' does not exist. Run foundry analyze .*sweep first"):
@@ -47,6 +49,8 @@ def test_every_analysis_writes_the_largest_gaps_with_recorded_moments_the_matrix
     assert idle["moments"][0]["step"] == 1 and idle["moments"][0]["question"] == "action"
     assert_runs_part_where_their_calls_do(swept)
     assert_matrix_and_furthest_runs_are_written(swept, analysed)
+    monkeypatch.setattr("analysis.findings.furthest.MOST", 12)
+    assert len(far := analysed.furthest) > 5 and min(one.distance for one in far) > 0
     foundry.analyze(swept, plots=False)
     assert (swept / "analysis" / "findings.json").read_bytes() == first
 

@@ -168,6 +168,16 @@ def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(p
         assert page.locator("[data-text=message] mark").all_text_contents() == ["hello from step 4", "something else"]
 
 
+def test_an_agent_of_one_run_only_decides_no_differently(compared: Any):
+    assert compared.evaluate(DIFFERING, [1, 3]) == []
+    assert compared.evaluate(DIFFERING, [2, 1, 2]) == [1]
+
+
+DIFFERING = """(counts) => Foundry.difference.differingAgents(counts.map((agents, place) => (
+  {done: 1, about: {agents}, load: () => null, form: {same: (chunk, about, step, agent) => agent && place}})), 1)"""
+"""Agents that act differently, of runs with these numbers of agents: all but agent 0 act in their own way."""
+
+
 def test_what_runs_differ_in_beside_the_model_is_named(page: Any, server: ViewServer, made_up: SweepFolder):
     first, other_seed, *_ = made_up.runs()
     go(page, server.url, f"compare/made-up/{first.id}/{other_seed.id}")
@@ -247,8 +257,12 @@ def test_the_number_of_an_agent_in_a_crowd_is_shown_under_the_pointer(page: Any,
         assert page.evaluate(WRITTEN) == []
         page.evaluate("() => Foundry.page.grid.hover(...Foundry.page.grid.spots[7])")
         assert len(page.evaluate(WRITTEN)) == 1
+        page.set_viewport_size({"width": 320, "height": 640})
+        page.wait_for_function(WHOLE)
 
 
+WHOLE = "() => { const {grid} = Foundry.page; return grid.width < 320 && grid.width - grid.toX(12) > 15.9; }"
+"""The map is small, and the agents at its edge and their rings are within it."""
 WRITTEN = """() => {
   const {grid} = Foundry.page, pen = grid.canvas.getContext('2d'), found = [];
   pen.fillText = (text, x, y) => found.push([Math.round(x), Math.round(y)]);

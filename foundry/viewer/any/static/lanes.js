@@ -24,8 +24,9 @@
       this.position = 1;
       this.canvas = h("canvas", {class: "lanes", role: "img", "aria-label": "Agents over time"});
       this.chart = h("canvas", {class: "utility", role: "img", "aria-label": "Utility over time"});
+      this.ofChosen = h("span", {hidden: true}, h("i", {class: "of-chosen"}, "▬"), " of the chosen agent");
       this.utility = h("div", {hidden: true}, this.chart, h("p", {class: "legend"}, h("span", {}, "Utility: mean over agents, with the range from lowest to highest"),
-        h("span", {}, h("i", {class: "of-chosen"}, "▬"), " of the chosen agent")));
+        this.ofChosen));
       this.choice = h("select", {"aria-label": "Kind of decision", hidden: true, onchange: () => { this.kind = this.choice.value; this.begin(); this.redraw(); }});
       this.legend = h("p", {class: "legend"});
       this.element = h("figure", {class: "lanes-box"}, h("div", {class: "row"}, h("figcaption", {}, "Agents over time"), this.choice),
@@ -116,7 +117,7 @@
       return ramp;
     }
 
-    select(agent) { this.selected = agent; this.redraw(); }
+    select(agent) { this.selected = agent; this.ofChosen.hidden = agent === null; this.redraw(); }
 
     /** Show the position of the clock. */
     seek(position) { this.position = position; this.redraw(); }

@@ -15,7 +15,7 @@
       this.title = runs.length > 1 ? "All routes from above" : "The route from above";
       const marks = h("ul", {class: "legend"}, this.legend());
       this.box = h("section", {class: "overlay", "aria-label": this.title}, h("h2", {}, this.title), this.canvas, this.why,
-        h("ul", {class: "legend runs-legend"}, names.map(entry)), runs.length > 1 ? marks : h("details", {}, h("summary", {}, "marks"), marks));
+        h("ul", {class: "legend runs-legend"}, names.map(entry)), runs.length > 1 ? marks : h("details", {}, h("summary", {}, "what the marks mean"), marks));
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
       new ResizeObserver(() => this.redraw()).observe(this.box);
     }

@@ -8,6 +8,8 @@
   const MOST_ZOOM = 20;
   /** Radius of an agent, px: the usual one, the smallest in a crowd, and the smallest at which its number is readable. */
   const LARGE = 9, SMALL = 2.5, READABLE = 6.5;
+  /** Least distance between the edge of the canvas and the centre of an agent in the outermost cell, px: an agent and its ring. */
+  const MARGIN = 16;
   /** Largest number of texts on the map, and of characters of a text. */
   const BUBBLES = 5, SIGNS = 42;
   const TAU = 2 * Math.PI;
@@ -128,7 +130,8 @@
       canvas.classList.toggle("in-part", this.zoom > 1);
       this.width = width;
       this.height = height;
-      this.cell = (Math.min(width, height) / (2 * about.half_size + 2)) * this.zoom;
+      const side = Math.min(width, height), {half_size: half} = about;
+      this.cell = Math.min(side / (2 * half + 2), (side - 2 * MARGIN) / (2 * half)) * this.zoom;
       return penOf(canvas, width, height);
     }
 

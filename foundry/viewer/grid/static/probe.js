@@ -17,7 +17,7 @@
   function cell(at, kind) { return s("rect", {class: kind, x: at.x - 0.5, y: -at.y - 0.5, width: 1, height: 1}); }
 
   foundry.perceived.grid = (seen, told) => {
-    const size = seen.half_size + 1, text = (x, y, words, kind) => s("text", {x, y: -y, class: kind, "text-anchor": "middle"}, words);
+    const size = seen.half_size + 1.5, text = (x, y, words, kind) => s("text", {x, y: -y, class: kind, "text-anchor": "middle"}, words);
     const places = (seen.places || []).flatMap((one) => [
       s("rect", {class: "place", x: one.x_min - 0.5, y: -one.y_max - 0.5, width: one.x_max - one.x_min + 1, height: one.y_max - one.y_min + 1}),
       text(one.x, one.y_max + 1, one.name, "place-name")]);
@@ -38,6 +38,6 @@
     const also = [`at ${number(seen.x)}, ${number(seen.y)}`, `${(seen.neighbours || []).length} near`, ...(seen.seen ? [`${far.length / 2} more seen`] : []), `${(seen.fires || []).length} fires`,
       ...(seen.energy == null ? [] : [`energy ${number(seen.energy)}`, `food in ${food.length} cells${here ? ", also in the agent's cell" : ""}`]), `${(seen.received || []).length} messages`];
     return h("div", {class: "map"}, s("svg", {viewBox: `${-size} ${-size} ${2 * size} ${2 * size}`, role: "img", "aria-label": `${told}: ${also.join(", ")}`},
-      s("rect", {class: "field", x: -size + 0.5, y: -size + 0.5, width: 2 * size - 1, height: 2 * size - 1}), ...ground, ...zones, ...places, ...fires, ...far, ...others, ...self, ...food.map((one) => cell(one, "food-edge"))));
+      s("rect", {class: "field", x: -size + 1, y: -size + 1, width: 2 * size - 2, height: 2 * size - 2}), ...ground, ...zones, ...places, ...fires, ...far, ...others, ...self, ...food.map((one) => cell(one, "food-edge"))));
   };
 })(window.Foundry);

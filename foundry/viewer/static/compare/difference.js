@@ -1,13 +1,13 @@
 "use strict";
 /* Finds the agents that acted differently in different runs, and the first step with such an agent. */
 (function (foundry) {
-  /** Return the agents whose actions at a step differ between the runs that have this step. */
+  /** Return the agents whose actions at a step differ between the runs that have this step and this agent. */
   async function differingAgents(all, step) {
     const runs = all.filter((run) => step <= run.done), chunks = await Promise.all(runs.map((run) => run.load(step)));
     const agents = runs.reduce((most, run) => Math.max(most, run.about.agents), 0), found = [];
     for (let agent = 0; agent < agents; agent += 1) {
-      const keys = runs.map((run, index) => (agent < run.about.agents ? run.form.same(chunks[index], run.about, step, agent) : "none"));
-      if (new Set(keys).size > 1) found.push(agent);
+      const keys = runs.map((run, index) => (agent < run.about.agents ? run.form.same(chunks[index], run.about, step, agent) : null));
+      if (new Set(keys.filter((key) => key !== null)).size > 1) found.push(agent);
     }
     return found;
   }
