@@ -84,7 +84,7 @@ class Answers(ABC):
 
     @abstractmethod
     def newest(self) -> int:
-        """Return the number of the newest answer; answers that are stored later get larger numbers."""
+        """Return a number to compare with: every answer that is stored later gets a larger number."""
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:

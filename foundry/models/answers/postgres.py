@@ -84,7 +84,7 @@ class PostgresAnswers(Answers):
     def newest(self) -> int:
         """Return the number of the newest unconfirmed answer, or 0.
 
-        An answer that got its number before, but is not committed yet, also counts as earlier.
+        An answer with a smaller number that is not committed yet also counts as stored earlier.
         """
         return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
 

@@ -83,7 +83,7 @@ class SqliteAnswers(Answers):
             database.executemany("DELETE FROM unconfirmed WHERE key = ?", unmarked)
 
     def newest(self) -> int:
-        """Return the running number of this database's latest commit."""
+        """Return the number of the latest commit to this database; each commit gets a larger number."""
         return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:

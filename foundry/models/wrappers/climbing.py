@@ -20,7 +20,7 @@ LINEAR = 0.6
 FLAT = 0.1
 """Below this relative gain, a lower limit loses almost no throughput, so the next decrease of the limit is larger."""
 CLEAR = 0.05
-"""Two limits are compared once the relative error of the measured throughput is below this value."""
+"""The throughput at a limit counts as known once the relative error of its measurement is below this value."""
 MANY_CALLS = 120
 """A comparison without a result ends after this number of calls; the next one compares limits farther apart."""
 COARSE = 0.5
