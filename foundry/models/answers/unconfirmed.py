@@ -110,7 +110,7 @@ class Unconfirmed:
         return self._marks[host] if host in self._marks else next(iter(self._marks.values()))
 
     def moment(self) -> Moment:
-        """Return the answers that are unconfirmed now; call this before the server is checked."""
+        """Return the answers that are unconfirmed now; call this method before a check of the server."""
         return Moment(self._answers.newest(), frozenset(self._used))
 
     def settle(self, moment: Moment, info: ModelInfo) -> None:

@@ -72,8 +72,8 @@ class Pause:
 def wait_asked(headers: Mapping[str, str]) -> float | None:
     """Return how many seconds a response asks clients to wait before the next call; None if no wait is asked.
 
-    If the response has the header `Retry-After` or `Retry-After-Ms`, its value counts. Otherwise, if no requests or
-    tokens are left, clients must wait until the server resets their budget.
+    The wait in the header `Retry-After` or `Retry-After-Ms` counts, if the response has one of them. Otherwise, if no
+    requests or tokens are left, clients must wait until the server resets their budget.
     """
     for name, unit_s in ORDERS.items():
         ordered = seconds_to_wait(headers.get(name), datetime.now(UTC)) if name in headers else None

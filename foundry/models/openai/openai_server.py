@@ -76,7 +76,8 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
     """Return a server's facts about a model, from its list of models; `listing` is None if it has no list.
 
     OpenAI's API has no digest of the weights. Instead, foundry uses a hash of the lasting facts about the model, or of
-    the server's address if there are no such facts. Either hash distinguishes servers, not weights.
+    the server's address if there are no such facts. Such a hash distinguishes servers, not the weights that a server
+    has.
     """
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)

@@ -47,7 +47,7 @@ ALL_REFUSED = 0.5
 
 
 class Sums(msgspec.Struct):
-    """Sums over the answered calls of one or more workers. The difference of two sums describes a period.
+    """Sums over the answered calls of one or more workers. Later sums minus earlier sums describe a period.
 
     Attributes:
         calls: answered calls.

@@ -21,7 +21,7 @@ def mirror_image(question: Question) -> Question | None:
 
 
 def no_history(question: Question) -> Question:
-    """Remove the earlier decisions and their results."""
+    """Remove the agent's earlier decisions, and their results, from the observation."""
     return observing(question, history=(), idle_streak=0)
 
 

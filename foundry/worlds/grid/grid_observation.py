@@ -175,7 +175,7 @@ class Perception:
         }
 
     def _seen(self, agent: int, cell: Cell, area: int) -> dict[str, Any]:
-        """Return the data about an agent that its neighbours observe."""
+        """Return the data about an agent that the agent's neighbours observe."""
         place = None if area == OUTSIDE else self._seen_places[area]
         return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
 

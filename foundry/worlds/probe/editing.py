@@ -103,7 +103,7 @@ UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
 def find_edits(name: str, scenario: Scenario) -> list[Edit]:
-    """Return the edits with a name: one for `swap_persona`, one per attribute for `swap_persona.each`."""
+    """Return the edits that a name means: `swap_persona` is one edit, `swap_persona.each` one per attribute."""
     check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:

@@ -219,7 +219,7 @@ class SustainableCatch(GreedyCatch):
     """Asks for the sustainable share, so that the stock grows back."""
 
     def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Ask for an equal share of half of the stock, in whole tons."""
+        """Ask for half of the stock divided by the number of agents, in whole tons."""
         return deciding(sustainable(observation["stock"], observation["agents"]))
 
 
