@@ -36,13 +36,15 @@ SCENES = {"kibo_real": ("scene=kibo.usdz",)}
 """Of the worlds of the documents whose scenes are not shipped: others that are."""
 
 
-@pytest.mark.parametrize("document", [one for one in DOCUMENTS if one.name != "CHANGELOG.md"], ids=lambda one: one.name)
+@pytest.mark.parametrize(
+    "document", [path for path in DOCUMENTS if path.name != "CHANGELOG.md"], ids=lambda one: one.name
+)
 def test_every_file_that_a_document_names_is_there(document: Path):
     text = document.read_text(encoding="utf-8")
     named = {name for name in NAMED.findall(text) if not WRITTEN.fullmatch(name)}
     assert {name for name in named if not (ROOT / name).exists()} == set()
     patterns = {re.sub(r"<\w+>", "*", one) for one in PATTERN.findall(text) if not WRITTEN.match(one)}
-    assert {one for one in patterns if not any(ROOT.glob(one.rstrip("/")))} == set()
+    assert {pattern for pattern in patterns if not any(ROOT.glob(pattern.rstrip("/")))} == set()
 
 
 def test_the_architecture_names_every_folder_and_every_file_at_the_top():
@@ -68,7 +70,7 @@ def files_of(document: Path) -> dict[str, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("document", [one for one in DOCUMENTS if commands_of(one)], ids=lambda one: one.name)
+@pytest.mark.parametrize("document", [path for path in DOCUMENTS if commands_of(path)], ids=lambda one: one.name)
 def test_every_command_of_a_document_is_one_that_foundry_takes(document: Path, workspace: Path):
     (workspace / "mine").mkdir()
     (workspace / "examples").symlink_to(ROOT / "examples")
@@ -99,13 +101,13 @@ def test_the_first_comparison_runs_as_it_stands(workspace: Path, monkeypatch: py
 
 def test_every_part_that_a_document_begins_can_be_begun(workspace: Path):
     help_of_new = get_command(app).commands["new"].help  # type: ignore[attr-defined]
-    texts = [help_of_new, *(one.read_text(encoding="utf-8") for one in DOCUMENTS if one.name != "CHANGELOG.md")]
+    texts = [help_of_new, *(path.read_text(encoding="utf-8") for path in DOCUMENTS if path.name != "CHANGELOG.md")]
     begun = sorted({part for text in texts for part in NEW.findall(text)})
     assert begun and [part for part in begun if run(["new", *part]) != 0] == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("document", [one for one in DOCUMENTS if files_of(one)], ids=lambda one: one.name)
+@pytest.mark.parametrize("document", [path for path in DOCUMENTS if files_of(path)], ids=lambda one: one.name)
 def test_the_files_of_a_document_run_as_they_stand(document: Path, workspace: Path):
     for name, text in files_of(document).items():
         file = workspace / "mine" / name
@@ -137,9 +139,9 @@ def test_the_site_shows_details_of_every_row_of_a_reference_page(name: str, deta
 
 
 def test_every_yaml_block_of_a_document_is_a_file_that_a_test_runs():
-    blocks = {one.name: one.read_text(encoding="utf-8").count("```yaml\n") for one in DOCUMENTS}
+    blocks = {path.name: path.read_text(encoding="utf-8").count("```yaml\n") for path in DOCUMENTS}
     assert {name: count for name, count in blocks.items() if count} == {
-        one.name: len(FILE.findall(one.read_text(encoding="utf-8"))) for one in DOCUMENTS if blocks[one.name]
+        path.name: len(FILE.findall(path.read_text(encoding="utf-8"))) for path in DOCUMENTS if blocks[path.name]
     }
 
 
@@ -153,7 +155,7 @@ def test_a_page_of_the_site_is_in_its_navigation_and_is_at_most_one_kind():
         for one in kind
         for page in one.values()
     ]
-    written = {one.name for one in (ROOT / "docs").glob("*.md")}
+    written = {path.name for path in (ROOT / "docs").glob("*.md")}
     assert set(pages) == written | {"architecture.md"} and len(pages) == len(set(pages)) < 20
 
 

@@ -56,14 +56,16 @@ class Slow(Model):
         return {}
 
 
-async def played(model: Slow, kept: Kept, *, ahead: bool = True, stopping: Callable[[], bool] = lambda: False) -> None:
+async def played(
+    model: Slow, cached: Kept, *, ahead: bool = True, stopping: Callable[[], bool] = lambda: False
+) -> None:
     config = WORLD.conditions[0].config
     asker = Asker.create(model, prompt_of(config), digest=None, seed=3)
-    await play(scenario_of(config).start(3), asker, kept, frame_every=6, ahead=ahead, stopping=stopping)
+    await play(scenario_of(config).start(3), asker, cached, frame_every=6, ahead=ahead, stopping=stopping)
 
 
-def content(kept: Kept) -> tuple[list[bytes], list[bytes], dict[int, bytes]]:
-    return kept.lines(), list(map(msgspec.json.encode, kept.calls)), kept.frames
+def content(cached: Kept) -> tuple[list[bytes], list[bytes], dict[int, bytes]]:
+    return cached.lines(), list(map(msgspec.json.encode, cached.calls)), cached.frames
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +82,7 @@ def test_records_calls_and_frames_are_those_of_lock_step(seed: int, in_lock_step
     asyncio.run(played(model, kept))
     assert content(kept) == content(in_lock_step)
     assert model.most_apart >= 2, "somebody was asked steps ahead of another"
-    assert Counter(model.begun) == Counter((one.step, one.agent, one.kind) for one in in_lock_step.calls)
+    assert Counter(model.begun) == Counter((call.step, call.agent, call.kind) for call in in_lock_step.calls)
 
 
 @pytest.mark.parametrize("quick", [{"latency_s": 0.0}, {"cached": True}])

@@ -39,13 +39,13 @@ def test_a_world_of_each_kind_without_a_scene_is_played_verified_measured_shown_
     sweep = played(names)
     assert run(["verify", "s", "--workers", "1"]) == 0
     assert f"{len(names)} identical" in capsys.readouterr().out
-    found = analyze([sweep.path], plots=False)
-    check_declared([sweep], found.table.measures, None)  # every column can be declared
-    assert found.runs["world"].tolist() == names and (found.runs["outcome.readable"] == 1).all()
-    assert found.runs.loc[found.runs["world"].isin(DRAWN), "returns.mean"].notna().all()
+    analysis = analyze([sweep.path], plots=False)
+    check_declared([sweep], analysis.table.measures, None)  # every column can be declared
+    assert analysis.runs["world"].tolist() == names and (analysis.runs["outcome.readable"] == 1).all()
+    assert analysis.runs.loc[analysis.runs["world"].isin(DRAWN), "returns.mean"].notna().all()
     shown = export(sweep.path, workspace / "page")
     assert shown.runs == len(names) and shown.page.is_file()
-    runs = {one.config()["world"]["name"]: one for one in sweep.runs()}
+    runs = {run.config()["world"]["name"]: run for run in sweep.runs()}
     for name in DRAWN:
         assert run(["replay", str(runs[name].path), "--out", f"pictures/{name}"]) == 0
         assert len(list((workspace / "pictures" / name).glob("*.png"))) == 3

@@ -72,7 +72,7 @@ def test_seed_world_model_prompt_and_sampling_seed_each_make_another_run_and_alw
 def test_how_a_model_and_a_forked_sweep_are_reached_does_not_change_what_a_run_is(near: dict, far: dict):
     usual = condition()
     conditions = [Condition(usual.factors, {**usual.config, **changes}, usual.seeds) for changes in (near, far)]
-    first, second = (expand([], [one]).runs for one in conditions)
+    first, second = (expand([], [condition]).runs for condition in conditions)
     assert [run.id for run in first] == [run.id for run in second]
 
 

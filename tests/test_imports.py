@@ -96,7 +96,7 @@ def imports() -> dict[str, set[str]]:
 
 def imports_of(package: str) -> dict[str, set[str]]:
     """Return what each module of a package imports of ours, at its top or anywhere in it."""
-    return {name: found for name, found in imports().items() if is_in(name, package)}
+    return {name: texts for name, texts in imports().items() if is_in(name, package)}
 
 
 def is_in(name: str, package: str) -> bool:
@@ -155,16 +155,16 @@ DRAWING = {
 
 @pytest.mark.parametrize("package", ALLOWED)
 def test_a_package_imports_itself_and_what_it_may(package: str):
-    for name, found in imports_of(package).items():
-        foreign = {one for one in found if not is_in(one, package)} - ALLOWED[package] - DRAWING.get(name, set())
+    for name, texts in imports_of(package).items():
+        foreign = {one for one in texts if not is_in(one, package)} - ALLOWED[package] - DRAWING.get(name, set())
         assert foreign == set(), f"{name} imports {foreign}"
 
 
 def test_imports_within_foundry_point_down_only():
     up = {
         f"{name} imports {one}"
-        for name, found in imports_of("foundry").items()
-        for one in found
+        for name, texts in imports_of("foundry").items()
+        for one in texts
         if is_in(one, "foundry") and FRONT not in (one, name)
         if layer_of(one) > layer_of(name)
     }
@@ -172,15 +172,15 @@ def test_imports_within_foundry_point_down_only():
 
 
 def test_no_module_imports_itself_by_way_of_others():
-    graph = {name: {one for one in found if one in MODULES and one != name} for name, found in imports().items()}
+    graph = {name: {one for one in texts if one in MODULES and one != name} for name, texts in imports().items()}
     graphlib.TopologicalSorter(graph).prepare()
 
 
 def test_no_room_of_the_3d_worlds_imports_itself_by_way_of_others():
     graph: dict[Path, set[Path]] = defaultdict(set)
-    for name, found in imports_of("foundry.worlds.camera").items():
+    for name, texts in imports_of("foundry.worlds.camera").items():
         room = MODULES[name].parent
-        graph[room] |= {MODULES[one].parent for one in found & CAMERA} - {room}
+        graph[room] |= {MODULES[one].parent for one in texts & CAMERA} - {room}
     graphlib.TopologicalSorter(graph).prepare()
 
 
@@ -197,15 +197,15 @@ def is_upstairs(name: str) -> bool:
 
 
 def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_used():
-    for name, found in imports_of("foundry").items():
+    for name, texts in imports_of("foundry").items():
         if is_in(name, "foundry.viewer"):
             continue
-        upstairs = {one for one in found if is_upstairs(one)}
+        upstairs = {one for one in texts if is_upstairs(one)}
         may = is_in(name, "foundry.commands") or name in MEASURING
         assert not upstairs or may, f"{name} imports {upstairs}"
         if is_in(name, "foundry.new_parts"):
             continue  # a user's own module, which is imported when it is used
-        at_once = {one for one in ours(at_the_top(trees()[name].body)) if is_upstairs(one)}
+        at_once = {our for our in ours(at_the_top(trees()[name].body)) if is_upstairs(our)}
         assert at_once == set(), f"{name} imports {at_once} at its top"
 
 
@@ -218,10 +218,10 @@ def test_only_commands_print():
 def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_know_each_other():
     rooms = {name for name, path in MODULES.items() if is_in(name, "analysis") and "\nANALYSIS = " in path.read_text()}
     assert {"analysis.any", "analysis.camera", "analysis.grid", "analysis.rounds"} <= rooms
-    for name, found in imports_of("analysis").items():
+    for name, texts in imports_of("analysis").items():
         own = next((room for room in rooms if is_in(name, room)), None)
         others = rooms - {own, "analysis.any"}
-        foreign = {one for one in found if any(is_in(one, room) for room in others)}
+        foreign = {one for one in texts if any(is_in(one, room) for room in others)}
         assert foreign == set(), f"{name} imports {foreign}"
 
 
@@ -229,14 +229,14 @@ def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_
 def defined(module: str) -> set[str]:
     """Return what a module binds at its top, without importing it: some modules take seconds."""
     symbols = symtable.symtable(MODULES[module].read_text(encoding="utf-8"), module, "exec").get_symbols()
-    return {one.get_name() for one in symbols if one.is_assigned() or one.is_imported()}
+    return {symbol.get_name() for symbol in symbols if symbol.is_assigned() or symbol.is_imported()}
 
 
 @pytest.mark.parametrize("script", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda script: script.stem)
 def test_a_benchmark_imports_only_what_is_there(script: Path):
     for node in ast.walk(ast.parse(script.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (module := str(node.module)).partition(".")[0] in PACKAGES:
-            lacking = {one.name for one in node.names if f"{module}.{one.name}" not in MODULES} - defined(module)
+            lacking = {name.name for name in node.names if f"{module}.{name.name}" not in MODULES} - defined(module)
             assert lacking == set(), module
 
 

@@ -96,9 +96,9 @@ def test_a_grey_print_tells_eight_models_apart(background: str):
 
 def test_a_dozen_models_differ_in_colour_and_in_marker_and_all_others_in_either():
     dozen = [palette.look(place) for place in range(12)]
-    assert len({one.colour for one in dozen}) == len({one.marker for one in dozen}) == 12
+    assert len({look.colour for look in dozen}) == len({look.marker for look in dozen}) == 12
     every = [palette.look(place) for place in range(palette.LOOKS)]
-    assert len({(one.colour, one.marker) for one in every}) == palette.LOOKS
+    assert len({(look.colour, look.marker) for look in every}) == palette.LOOKS
 
 
 def test_further_groups_of_a_model_differ_in_their_dashes_alone():
@@ -108,7 +108,7 @@ def test_further_groups_of_a_model_differ_in_their_dashes_alone():
 
 
 def test_baselines_are_grey_discs():
-    assert {(one.colour, one.marker) for one in (palette.look(place, baseline=True) for place in range(4))} == {
+    assert {(look.colour, look.marker) for look in (palette.look(place, baseline=True) for place in range(4))} == {
         (palette.BASELINE, None)
     }
 

@@ -80,9 +80,9 @@ def test_a_run_that_fails_is_told_with_its_cause(workspace: Path):
 
 @pytest.mark.parametrize("wrong", [("model=scripted/randm",), ("-m", "seed=0-1"), ("seed=0-1", "model=scripted/stay")])
 def test_what_is_wrong_is_one_line(wrong: tuple[str, ...], workspace: Path):
-    with pytest.raises(foundry.InputError) as told:
+    with pytest.raises(foundry.InputError) as raised:
         foundry.run(*wrong)
-    assert "\n" not in str(told.value) and list(workspace.iterdir()) == []
+    assert "\n" not in str(raised.value) and list(workspace.iterdir()) == []
 
 
 def test_a_foreign_package_in_the_way_is_told_in_one_line(tmp_path: Path):

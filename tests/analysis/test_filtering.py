@@ -91,8 +91,8 @@ def test_a_report_and_every_table_say_which_runs_they_are_of_until_all_are_taken
     material = gather(swept, without=["prompt=japanese"])
     assert limits(material)[0].endswith(f"a part of the runs: {said}.")
     assert {member.folder.config()["prompt"]["name"] for member in material.members} == {"paper"}
-    found = material.analysis
-    assert found.filtered == said and said in found.notes[0]
+    analysis = material.analysis
+    assert analysis.filtered == said and said in analysis.notes[0]
     assert json.loads((folder / "filter.json").read_text())["without"] == {"prompt": ["japanese"]}
     assert len(pd.read_parquet(folder / "steps.parquet")["run"].unique()) == 12
     for name in ("signatures", "comparison", "contrasts"):
@@ -129,9 +129,9 @@ def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(swept, tmp_path
     ],
 )
 def test_what_no_run_is_by_is_told_in_one_line(only: tuple[str, ...], without: tuple[str, ...], said: str, swept):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as raised:
         analyze(swept, plots=False, only=only, without=without)
-    assert said in str(told.value) and "\n" not in str(told.value)
+    assert said in str(raised.value) and "\n" not in str(raised.value)
 
 
 def test_power_is_judged_by_a_part_and_says_so(swept):
@@ -147,6 +147,6 @@ def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added
     write_sweep(tmp_path / "s", [make_condition("good", (0,), world=SMALL)])
     assert commands_of(gather(tmp_path / "s").sweeps) == [("s", "foundry asked", "")]
     write_sweep(tmp_path / "s", [make_condition("good", (1, 2), world=SMALL)])
-    days = [str(one.when)[:10] for one in SweepFolder.open(tmp_path / "s").sweep.history]
+    days = [str(asked.when)[:10] for asked in SweepFolder.open(tmp_path / "s").sweep.history]
     added = [f"1 runs, {days[0]}", f"2 runs, {days[1]}"]
     assert commands_of(gather(tmp_path / "s").sweeps) == [("s", "foundry asked", one) for one in added]

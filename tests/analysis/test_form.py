@@ -52,11 +52,13 @@ def test_a_form_of_ones_own_with_the_name_of_a_shipped_one_is_refused(tmp_path, 
 
 
 def test_the_module_of_a_form_measures_its_runs_where_one_of_every_form_has_its_name():
-    (stability,) = (one for one in signatures.discover() if one.name == "stability")
+    (stability,) = (signature for signature in signatures.discover() if signature.name == "stability")
     assert [stability.part(one).run for one in (GridRun, CameraRun, AnyRun, dict)] == [
         GridRun, CameraRun, AnyRun, AnyRun,
     ]  # fmt: skip
-    assert [one.part(AnyRun) for one in signatures.discover() if one.name in ("clustering", "gaze")] == [None, None]
+    assert [
+        signature.part(AnyRun) for signature in signatures.discover() if signature.name in ("clustering", "gaze")
+    ] == [None, None]
 
 
 def test_what_was_decided_is_there_by_kind_step_and_agent(tmp_path):
@@ -122,14 +124,14 @@ def test_decisions_stand_by_round_and_agent_with_the_keys_of_the_worlds_own():
     assert run(idle=False).choices("evening").tolist() == [[0, 1, NONE], [0, 0, NONE]]
     np.testing.assert_array_equal(run().numbers("catch"), [[4, 0, np.nan], [10, np.nan, np.nan]])
     stocks = [7, None, *[0] * 7]
-    found = replace(run(), columns={"stock": objects(stocks)})
-    np.testing.assert_array_equal(found.column("evening", "stock"), [[7, np.nan, 0], [0, 0, np.nan]])
-    found, readable = run(), run().only_readable()
+    rounds_run = replace(run(), columns={"stock": objects(stocks)})
+    np.testing.assert_array_equal(rounds_run.column("evening", "stock"), [[7, np.nan, 0], [0, 0, np.nan]])
+    rounds_run, readable = run(), run().only_readable()
     assert isinstance(readable, RoundsRun)
-    np.testing.assert_allclose(found.shares("evening")["go"], [1 / 3, 1])
+    np.testing.assert_allclose(rounds_run.shares("evening")["go"], [1 / 3, 1])
     np.testing.assert_allclose(readable.shares("evening")["go"], [1 / 2, 1])
-    np.testing.assert_allclose(found.shares("evening")["stay"], [2 / 3, 0])
-    np.testing.assert_allclose(found.means("catch"), [2, 10])
+    np.testing.assert_allclose(rounds_run.shares("evening")["stay"], [2 / 3, 0])
+    np.testing.assert_allclose(rounds_run.means("catch"), [2, 10])
     np.testing.assert_allclose(readable.means("catch"), [4, 10])
 
 
@@ -143,7 +145,7 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
             figures.add(shown, run(run_id=f"{shown.label}{seed}"), seed)
     pictures = figures.pictures(groups)
     names = [f"{kind}_by_{unit}" for kind in ("evening", "catch") for unit in ("round", "agent")]
-    assert [one.name for one in pictures] == names
+    assert [picture.name for picture in pictures] == names
     with styled():
         assert all(picture.draw().axes for picture in pictures)
     drawn = draw(pictures[0], "svg", "png")
@@ -167,8 +169,8 @@ def test_a_signature_of_ones_own_measures_only_the_worlds_of_its_form_that_it_is
     (tmp_path / "mine" / "signatures").mkdir(parents=True)
     (tmp_path / "mine" / "signatures" / "fishing.py").write_text(OWN)
     monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
-    found = measure(replace(run(), world={"stock": 100}))
-    assert found["fishing.most"] == found["fishing.most_readable"] == 10
+    measures = measure(replace(run(), world={"stock": 100}))
+    assert measures["fishing.most"] == measures["fishing.most_readable"] == 10
     assert not any(name.startswith("fishing.") for name in measure(run()))
 
 

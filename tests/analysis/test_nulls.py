@@ -280,18 +280,24 @@ def measured(
     """Return the defined values of each measure over runs, (n,) at most; of these signatures alone where named."""
     found: dict[str, list[float]] = {}
     about = about or {name.partition(".")[0] for name in (*stated_nulls(), *ALIKE_IN)}
-    asked = [one for one in signatures.discover() if one.name in about]
+    asked = [signature for signature in signatures.discover() if signature.name in about]
     for run in runs:
-        for one in [one for one in asked if any(part.run is type(run) and part.applies(run) for part in one.parts)]:
-            for name, value in one.measure(run).items():
-                found.setdefault(f"{one.name}.{name}", []).append(value)
+        for signature in [
+            signature
+            for signature in asked
+            if any(part.run is type(run) and part.applies(run) for part in signature.parts)
+        ]:
+            for name, value in signature.measure(run).items():
+                found.setdefault(f"{signature.name}.{name}", []).append(value)
     return {name: np.array(values)[~np.isnan(values)] for name, values in found.items()}
 
 
 def stated_nulls() -> dict[str, Null]:
     """Return the null of each measure that states one."""
     every = (
-        (f"{one.name}.{name}", found.null) for one in signatures.discover() for name, found in one.measures.items()
+        (f"{signature.name}.{name}", measure.null)
+        for signature in signatures.discover()
+        for name, measure in signature.measures.items()
     )
     return {name.replace("persona_effect.*", "persona_effect.role"): null for name, null in every if null is not None}
 
@@ -344,11 +350,15 @@ def beyond_untold(crowd: Crowd, runs: Iterable[tuple[int, int]]) -> dict[str, np
 
 
 def columns(values: Values) -> list[str]:
-    return sorted({name for found in values.values() for name in found})
+    return sorted({name for value in values.values() for name in value})
 
 
 def headline(values: Values) -> list[str]:
-    shown = [one.headline_columns(columns(values)) for one in signatures.discover() if one.name not in NO_BEHAVIOUR]
+    shown = [
+        signature.headline_columns(columns(values))
+        for signature in signatures.discover()
+        if signature.name not in NO_BEHAVIOUR
+    ]
     return [name for own in shown for name in own]
 
 
@@ -433,8 +443,8 @@ def test_of_every_headline_measure_it_is_known_what_chance_gives_or_that_it_is_a
     known = {name.replace("_cafe", "_*").replace("_library", "_*").replace(".role", ".*") for name in named}
     amounts = {f"{signature}.{name}" for signature, names in AMOUNTS.items() for name in names}
     shown = {
-        f"{one.name}.{name}" for one in signatures.discover() for name in one.headline
-        if one.name not in NO_BEHAVIOUR and not one.is_label
+        f"{signature.name}.{name}" for signature in signatures.discover() for name in signature.headline
+        if signature.name not in NO_BEHAVIOUR and not signature.is_label
     }  # fmt: skip
     assert shown - known - amounts == set()
     assert amounts & known == set() and amounts <= shown

@@ -163,7 +163,9 @@ def within(limits: tuple[float, float], ticks: np.ndarray, scale: Scale) -> bool
 
 @pytest.mark.slow
 def test_in_every_panel_chance_is_a_line_and_no_scale_begins_or_has_a_tick_where_no_value_can_be(compared):
-    of_form = {one.name for one in signatures.discover() if one.part(GridRun) and not one.is_label}
+    of_form = {
+        signature.name for signature in signatures.discover() if signature.part(GridRun) and not signature.is_label
+    }
     without = {"persona_effect", "utility", "evacuation", "survival", "certainty"}  # these runs have nothing of them
     assert set(compared[0].headlines) == of_form - without
     every = list(panels(compared[0]))
@@ -220,18 +222,18 @@ def test_models_look_apart_and_each_the_same_in_every_world_and_part_with_lines_
     assert len(looks) == 20
     groups = [("b", "y"), ("a", "x"), ("b", "x"), ("stay", "x")]
     shown = shown_of(groups, ("model", "world"), ("b", "a"), baselines=groups[3:])
-    assert [one.group for one in shown.values()] == [("b", "y"), ("b", "x"), ("a", "x"), ("stay", "x")]
-    one, other, third = (style.line(shown[group].index) for group in (("b", "y"), ("b", "x"), ("a", "x")))
-    assert (one["color"], one["marker"]) == (other["color"], other["marker"]) != (third["color"], third["marker"])
-    assert one["linestyle"] != other["linestyle"]
-    assert [one.index for one in shown_of([("b",)], ("model",), ("a", "b")).values()] == [1]
+    assert [group.group for group in shown.values()] == [("b", "y"), ("b", "x"), ("a", "x"), ("stay", "x")]
+    group, other, third = (style.line(shown[group].index) for group in (("b", "y"), ("b", "x"), ("a", "x")))
+    assert (group["color"], group["marker"]) == (other["color"], other["marker"]) != (third["color"], third["marker"])
+    assert group["linestyle"] != other["linestyle"]
+    assert [group.index for group in shown_of([("b",)], ("model",), ("a", "b")).values()] == [1]
     prompts = [("a", "x"), ("a", "y")]
-    assert [one.index for one in shown_of(prompts, ("model", "prompt"), ("a",)).values()] == [0, 1]
+    assert [group.index for group in shown_of(prompts, ("model", "prompt"), ("a",)).values()] == [0, 1]
 
 
 def shown_of(groups, columns, models, baselines=()) -> dict[tuple[str, ...], ShownGroup]:
     compared = SimpleNamespace(groups=groups, group_columns=columns, baselines=frozenset(baselines), models=models)
-    return {one.group: one for one in shown_groups(compared)}
+    return {shown_group.group: shown_group for shown_group in shown_groups(compared)}
 
 
 def test_no_tick_stands_where_no_value_can_be_and_equal_values_are_spread_and_have_room():
@@ -277,9 +279,9 @@ def test_a_forest_fills_and_stars_what_stands_and_greys_what_was_not_tested():
 
 
 def test_a_fingerprint_dashes_what_is_undefined():
-    found = FingerprintMap(("a", "b"), ("m", "n"), np.array([[1.0, -1.0], [NAN, 0.0]]), ())
+    fingerprint_map = FingerprintMap(("a", "b"), ("m", "n"), np.array([[1.0, -1.0], [NAN, 0.0]]), ())
     ax = axes()
-    image = draw_fingerprint(ax, found)
+    image = draw_fingerprint(ax, fingerprint_map)
     assert texts(ax) == ["–"]
     assert ticks(ax) == ["m", "n"]
     assert image.get_clim() == (-2.5, 2.5)
@@ -306,7 +308,7 @@ def test_occupancy_counts_every_state_but_the_start_on_one_scale(recorded):
     maps = [
         OccupancyMap(ShownGroup((name,), 0, False), world, np.full((3, 3), share)) for name, share in shares.items()
     ]
-    images = [draw_occupancy(axes(), one, 0.3) for one in maps]
+    images = [draw_occupancy(axes(), shown_map, 0.3) for shown_map in maps]
     assert {image.get_clim() for image in images} == {(0, 0.3)}
     assert images[0].get_extent() == [-1.5, 1.5, -1.5, 1.5]
 
@@ -356,8 +358,8 @@ def test_a_crop_shows_an_agent_among_those_around_it_and_escapes_names(recorded)
 
 def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
     path = CameraPath(ShownGroup(("a",), 0, False), np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
-    found = TopDown("scene", np.zeros(2), np.array([[0.0, 0.0], [1.0, 2.0]]), 0.5, (path,))
-    ax = draw_topdown(axes(), found)
+    top_down = TopDown("scene", np.zeros(2), np.array([[0.0, 0.0], [1.0, 2.0]]), 0.5, (path,))
+    ax = draw_topdown(axes(), top_down)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]
     without = draw_topdown(axes(), TopDown("scene", np.zeros(2), np.zeros((0, 2)), 0.5, (path,)))
     assert "goal" not in [text.get_text() for text in without.get_legend().get_texts()]
@@ -389,7 +391,9 @@ def test_long_names_get_letters_and_rows_high_enough_for_their_labels():
 @pytest.mark.parametrize("label", ["a", "MMMMMMMMMMMMMMMMMMMMMMMM / b"])
 def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
     groups = [GroupValues(label, np.array([0.1, 0.2]), 0.15, 0.1, 0.2)]
-    titles = [one.of("library").label for signature in signatures.discover() for one in signature.measures.values()]
+    titles = [
+        measure.of("library").label for signature in signatures.discover() for measure in signature.measures.values()
+    ]
     with styled():
         for title in sorted(titles, key=len)[-4:]:
             figure = figures.means_figure([(title, groups, Scale())])
@@ -402,11 +406,11 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
 def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(monkeypatch, make_sweep):
     places = [{**WORLD["places"][0], "name": "図書館 $x_1"}]
     sweep = make_sweep([make_condition("a", [0], world={**WORLD, "places": places})])
-    found = compare(build_table([measure_run(sweep.runs()[0], Source(sweep, "s"))]))
-    picture = means_picture(found, shown_groups(found), "place_choice")
+    measures = compare(build_table([measure_run(sweep.runs()[0], Source(sweep, "s"))]))
+    picture = means_picture(measures, shown_groups(measures), "place_choice")
     assert "図書館 $x_1" in draw(picture, *FORMATS).svg and "comparison.md" not in picture.caption
     monkeypatch.setattr(pictures, "MOST_PANELS", 2)
-    few = means_picture(found, shown_groups(found), "outcome")
+    few = means_picture(measures, shown_groups(measures), "outcome")
     with styled():
         assert len(few.draw().axes) == 2
     assert re.search(r"2 of \d measures are shown; all are in comparison.md", few.caption)

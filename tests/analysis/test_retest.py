@@ -58,7 +58,9 @@ def test_agreement_is_that_of_the_same_prompts(sampled, frame, model, kind):
         assert row["prompts"] == len(states)
         assert row["decisions"] == sum(map(Counter.total, states))
         if states:
-            pairs = [sum(n * (n - 1) for n in one.values()) / (one.total() * (one.total() - 1)) for one in states]
+            pairs = [
+                sum(n * (n - 1) for n in state.values()) / (state.total() * (state.total() - 1)) for state in states
+            ]
             assert row["agreement"] == pytest.approx(np.mean(pairs))
             whole = sum(states, Counter())
             chance = sum((n / whole.total()) ** 2 for n in whole.values())
@@ -96,7 +98,7 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
             states[run.id, *place][again] += 1
             states["", *place, again, str(call.messages)][decided[place][again]] += 1
     choices = [one for place, one in states.items() if place[0] == "" and one.total() > 1]
-    pairs = [sum(n * (n - 1) for n in one.values()) / (one.total() * (one.total() - 1)) for one in choices]
+    pairs = [sum(n * (n - 1) for n in choice.values()) / (choice.total() * (choice.total() - 1)) for choice in choices]
     (row,) = retest([sweep]).to_dict("records")
     assert row["prompts"] == len(choices) > 1
     assert row["agreement"] == pytest.approx(np.mean(pairs))
@@ -105,9 +107,9 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
 def test_without_a_log_of_calls_no_prompt_is_known_and_failed_runs_and_those_sampled_once_are_not_compared(make_sweep):
     conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
     sweep = make_sweep(conditions)
-    found = retest([sweep])
-    assert (found["prompts"].tolist(), found["runs"].tolist()) == ([0, 0], [2, 2])
-    assert found[["agreement", "kappa", "agreement_readable", "kappa_readable"]].isna().all(axis=None)
+    frame = retest([sweep])
+    assert (frame["prompts"].tolist(), frame["runs"].tolist()) == ([0, 0], [2, 2])
+    assert frame[["agreement", "kappa", "agreement_readable", "kappa_readable"]].isna().all(axis=None)
     rewrite_run(sweep.runs()[0], "failed")
     assert len(retest([sweep])) == 0
     assert len(retest([make_sweep([make_condition("a", range(3))], name="once")])) == 0

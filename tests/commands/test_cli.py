@@ -36,7 +36,7 @@ def test_an_old_command_names_the_new_one(old: str, new: str, capsys: pytest.Cap
 def refused_by(command: str) -> tuple[list[str], str]:
     """Return what a command does not take, and what it says of it: too little, an unknown option, or no folder."""
     found = get_command(app).commands[command]  # type: ignore[attr-defined]
-    if any(one.required for one in found.params):
+    if any(param.required for param in found.params):
         return [command], "foundry: Missing argument "
     if found.context_settings:
         return [command, "--config-dir", "nowhere"], "folder not found"

@@ -27,7 +27,10 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 def seeds(folder: str) -> dict[str, tuple[int, ...]]:
-    return {str(one.config["model"]["name"]): one.seeds for one in SweepFolder.open(folder).sweep.conditions}
+    return {
+        str(condition.config["model"]["name"]): condition.seeds
+        for condition in SweepFolder.open(folder).sweep.conditions
+    }
 
 
 def ids(folder: str) -> set[str]:
@@ -52,8 +55,8 @@ def test_a_sweep_grows_again_and_again_into_what_one_asked_at_once_is_and_what_i
     assert run(["-m", f"{TWO},scripted/herd", "seed=0-2", "prompt=japanese", *TINY, "output.dir=at_once"]) == 0
     assert ids("s") == ids("at_once") and statuses(Path("s")) == ["complete"] * 9
     history = SweepFolder.open("s").sweep.history
-    assert [one.runs for one in history] == [2, 2, 2, 3] and history[1].overrides[2] == "seed=0-1"
-    assert [one.overrides for one in history[2:]] == [("resume", "seed=2"), ("resume", "model=scripted/herd")]
+    assert [asked.runs for asked in history] == [2, 2, 2, 3] and history[1].overrides[2] == "seed=0-1"
+    assert [asked.overrides for asked in history[2:]] == [("resume", "seed=2"), ("resume", "model=scripted/herd")]
 
 
 def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path):
@@ -90,7 +93,7 @@ def test_baselines_grow_with_the_seeds_and_keep_the_prompt_they_began_with(works
     assert run_baselines(Path("s")) == 0
     beside = SweepFolder.open("s/baselines")
     assert before.items() <= files(beside.path).items() and statuses(beside.path) == ["complete"] * 6
-    assert {one.config["prompt"]["name"] for one in beside.sweep.conditions} == {"paper"}
+    assert {condition.config["prompt"]["name"] for condition in beside.sweep.conditions} == {"paper"}
     assert set(seeds("s/baselines").values()) == {(0, 1)}
 
 
@@ -103,7 +106,7 @@ def test_a_model_that_changed_since_is_neither_gone_on_with_nor_grown_by_and_oth
         for command in (("resume", "s"), (*argv, "model=qwen3:4b", "seed=1")):
             assert "changed since this sweep began" in refusal(*command, cwd=workspace, OLLAMA_HOST=server.url)
         succeeds(*argv, "model=llama3.2", "seed=0", cwd=workspace, OLLAMA_HOST=server.url)
-    assert [one["name"] for one in SweepFolder.open(workspace / "s").models] == ["qwen3:4b", "llama3.2"]
+    assert [model["name"] for model in SweepFolder.open(workspace / "s").models] == ["qwen3:4b", "llama3.2"]
     assert seeds(str(workspace / "s")) == {"qwen3:4b": (0,), "llama3.2": (0,)}
 
 
@@ -135,7 +138,7 @@ def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Pa
     again = ("-m", *FOLLOWING, "seed=2-3", *TINY, "output.dir=follows")
     succeeds(*again, cwd=there)
     grown = SweepFolder.open(there / "follows")
-    assert [one.config()["world"]["history"]["memory"] for one in grown.runs()] == [1, 2, 3]
+    assert [run.config()["world"]["history"]["memory"] for run in grown.runs()] == [1, 2, 3]
     (grown.path / "multirun.yaml").unlink()
     assert "depend on the seed" in refusal("resume", "follows", "seed=4", cwd=there)
 

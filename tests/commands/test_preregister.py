@@ -147,9 +147,9 @@ def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_p
     assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in said
     said = late("", first)
     assert "does not count as a plan, so all findings are exploratory: the sweep began without a plan" in said
-    found = analyze(out, plots=False)
-    assert found.notes[0] == said
-    assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES
+    analysis = analyze(out, plots=False)
+    assert analysis.notes[0] == said
+    assert set(analysis.contrasts["claim"]) == {"exploratory"} and analysis.summary[0] == EXPLORES
     assert "began without this plan" in refusal(*SWEEP, "until=answered", cwd=tmp_path)
 
 
@@ -177,7 +177,9 @@ def test_a_sweep_stops_at_the_look_that_answers_it_and_goes_on_later_and_is_anal
     assert "\nall declared tests are answered at look 1 of 2, at 6 seeds" in done.stdout
     assert done.stdout.count("tables: out/analysis") == 1
     folder = SweepFolder.open(tmp_path / "out")
-    assert {one.seeds for one in folder.sweep.conditions} == {tuple(range(6))} and len(folder.sweep.history) == 1
+    assert {condition.seeds for condition in folder.sweep.conditions} == {tuple(range(6))} and len(
+        folder.sweep.history
+    ) == 1
     assert folder.settings["analyze"] is True
     assert "tables: out/analysis" in foundry("resume", "out", "seed=6-7", cwd=tmp_path).stdout
 

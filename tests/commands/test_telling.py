@@ -101,8 +101,8 @@ def test_plan_tells_the_cost_of_a_model_that_has_a_price(tmp_path: Path):
     found = objects(foundry(*asked, "--json", cwd=tmp_path, OPENAI_BASE_URL="http://127.0.0.1:9/v1"))
     assert found["cost"]["prompts"] == pytest.approx(found["prompt_tokens"] / 1e6)
     assert found["cost"]["replies"] == pytest.approx(2 * 512 * found["to_send"] / 1e6)
-    told = foundry(*asked, "model.options.max_tokens=null", cwd=tmp_path, OPENAI_BASE_URL="http://127.0.0.1:9/v1")
-    assert "for prompts, unknown for replies, since they have no limit" in told.stdout
+    finished = foundry(*asked, "model.options.max_tokens=null", cwd=tmp_path, OPENAI_BASE_URL="http://127.0.0.1:9/v1")
+    assert "for prompts, unknown for replies, since they have no limit" in finished.stdout
 
 
 @pytest.mark.slow

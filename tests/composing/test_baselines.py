@@ -28,8 +28,8 @@ def sweep(*argv: str) -> Sweep:
     return expand(composed.asked, composed.conditions)
 
 
-def models(found: Sweep) -> list[str]:
-    return [condition.config["model"]["name"] for condition in found.conditions]
+def models(sweep: Sweep) -> list[str]:
+    return [condition.config["model"]["name"] for condition in sweep.conditions]
 
 
 def test_each_world_is_run_once_with_each_of_its_settings_and_without_policies_that_the_sweep_compares():
@@ -41,8 +41,8 @@ def test_each_world_is_run_once_with_each_of_its_settings_and_without_policies_t
 
 
 def test_a_game_is_held_against_policies_of_its_own():
-    found = models(baselines_of(sweep("world=public_goods_punishment", "model=scripted/random", "seed=0"), policies_of))
-    assert found == ["scripted/free_rider", "scripted/conditional"]
+    texts = models(baselines_of(sweep("world=public_goods_punishment", "model=scripted/random", "seed=0"), policies_of))
+    assert texts == ["scripted/free_rider", "scripted/conditional"]
 
 
 @pytest.mark.parametrize(
@@ -51,8 +51,8 @@ def test_a_game_is_held_against_policies_of_its_own():
 )
 def test_the_null_and_the_best_policy_of_every_known_world_are_among_its_baselines(facts):
     composed = compose([f"world={facts.world}", "model=scripted/first"])
-    found = models(baselines_of(expand(composed.asked, composed.conditions), policies_of))
-    assert {facts.random, facts.best} - {None} <= set(found) and len(found) == len(set(found))
+    texts = models(baselines_of(expand(composed.asked, composed.conditions), policies_of))
+    assert {facts.random, facts.best} - {None} <= set(texts) and len(texts) == len(set(texts))
 
 
 @pytest.mark.parametrize(
@@ -76,9 +76,9 @@ def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path):
     beside = SweepFolder.open(SweepFolder.open("s").baselines_dir)
     assert beside.settings["runner"]["workers"] == 1, "as FOUNDRY_WORKERS said to the sweep"
     assert statuses(beside.path) == ["complete"] * 6
-    found = analyze([Path("s")], plots=False)
-    assert found.runs["baseline"].tolist() == [False] * 4 + [True] * 6
-    assert found.validation[["random", "best"]].notna().all(axis=None)
+    analysis = analyze([Path("s")], plots=False)
+    assert analysis.runs["baseline"].tolist() == [False] * 4 + [True] * 6
+    assert analysis.validation[["random", "best"]].notna().all(axis=None)
 
 
 @pytest.mark.exhaustive

@@ -81,14 +81,14 @@ def test_what_cannot_be_is_told_in_one_line_and_nothing_is_written(kind: str, na
 
 
 def test_nothing_is_written_over(tmp_path: Path):
-    kept = tmp_path / "mine" / "prompt" / "pub.yaml"
-    kept.parent.mkdir(parents=True)
-    kept.write_text("mine")
+    path = tmp_path / "mine" / "prompt" / "pub.yaml"
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
     assert "exists, and foundry does not change it" in refusal("new", "world", "pub", cwd=tmp_path)
-    assert kept.read_text() == "mine" and list((tmp_path / "mine").rglob("*.*")) == [kept]
+    assert path.read_text() == "mine" and list((tmp_path / "mine").rglob("*.*")) == [path]
 
 
 def test_another_folder_is_named_in_what_is_written(tmp_path: Path):
-    found = begin("model", "bar", tmp_path / "parts")
-    assert f"--config-dir {tmp_path / 'parts'}" in found.try_it
-    assert all(file.is_file() and file.is_relative_to(tmp_path / "parts") for file in found.files)
+    begun = begin("model", "bar", tmp_path / "parts")
+    assert f"--config-dir {tmp_path / 'parts'}" in begun.try_it
+    assert all(file.is_file() and file.is_relative_to(tmp_path / "parts") for file in begun.files)

@@ -84,7 +84,7 @@ def test_what_a_named_sweep_varies_is_not_recorded_as_asked_by_the_users_file(ow
 def test_a_default_of_servers_is_none_of_models_without_one(own: Write):
     own("model.server.hosts: http://127.0.0.1:9\n")
     found = composed("-m", "model=scripted/stay,llama3.2,mix/llama3.2@50%+scripted/stay@50%")
-    plain, served, mixed = (one.config["model"] for one in found.conditions)
+    plain, served, mixed = (condition.config["model"] for condition in found.conditions)
     assert "server" not in plain and served["server"]["hosts"] == "http://127.0.0.1:9"
     assert mixed["members"]["m1"]["model"]["server"]["hosts"] == "http://127.0.0.1:9"
     assert found.chosen == ()
@@ -92,8 +92,8 @@ def test_a_default_of_servers_is_none_of_models_without_one(own: Write):
 
 def test_a_folder_of_ones_own_that_is_not_there_is_told_as_without_a_users_file(own: Write, tmp_path: Path):
     own("model.server.keep_alive: 5m\n")
-    told = foundry("--config-dir", "nosuch", "model=scripted/random", *TINY, cwd=tmp_path)
-    assert (told.returncode, told.stderr.count("\n")) == (2, 1) and "nosuch' not found" in told.stderr
+    finished = foundry("--config-dir", "nosuch", "model=scripted/random", *TINY, cwd=tmp_path)
+    assert (finished.returncode, finished.stderr.count("\n")) == (2, 1) and "nosuch' not found" in finished.stderr
 
 
 def test_a_part_of_the_users_file_is_recorded_as_if_it_had_been_asked(own: Write):
@@ -120,16 +120,16 @@ def test_a_part_of_the_users_file_is_recorded_as_if_it_had_been_asked(own: Write
 )
 def test_a_setting_that_cannot_be_is_one_clear_line(own: Write, text: str, says: str):
     file = own(text)
-    with pytest.raises((InputError, RecordError)) as told:
+    with pytest.raises((InputError, RecordError)) as raised:
         read_defaults()
-    assert str(file) in str(told.value) and says in str(told.value) and "\n" not in str(told.value)
+    assert str(file) in str(raised.value) and says in str(raised.value) and "\n" not in str(raised.value)
 
 
 def test_an_option_that_does_not_exist_is_told_with_its_file(own: Write):
     file = own("prompt: papper")
-    with pytest.raises(InputError, match="Did you mean 'paper'") as told:
+    with pytest.raises(InputError, match="Did you mean 'paper'") as raised:
         composed("model=scripted/stay")
-    assert str(told.value).endswith(f"Your defaults in {file} name this option.")
+    assert str(raised.value).endswith(f"Your defaults in {file} name this option.")
 
 
 def test_a_sweep_says_what_it_took_from_the_users_file_and_records_it(own: Write, tmp_path: Path):

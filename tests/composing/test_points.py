@@ -15,7 +15,10 @@ from foundry.errors import InputError
 def test_a_sweep_is_composed_once_a_condition_with_all_its_seeds(workspace):
     composed = compose(["-m", "model=scripted/stay,scripted/herd", "world.steps=2,3", "seed=4-6"])
     assert composed.launch is None
-    found = [(one.config["model"]["name"], one.config["world"]["steps"], one.seeds) for one in composed.conditions]
+    found = [
+        (condition.config["model"]["name"], condition.config["world"]["steps"], condition.seeds)
+        for condition in composed.conditions
+    ]
     assert found == [(name, steps, (4, 5, 6)) for name in ("scripted/stay", "scripted/herd") for steps in (2, 3)]
 
 

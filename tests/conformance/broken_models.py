@@ -61,7 +61,7 @@ class Remembering(Caller):
 
 class Shuffled(Caller):
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        return [Reply(text=f"{one.agent}") for one in reversed(requests)]
+        return [Reply(text=f"{request.agent}") for request in reversed(requests)]
 
     async def ask(self, request: Request) -> Reply:
         return Reply(text=f"{request.agent}")

@@ -81,11 +81,11 @@ def foreign(run: Other) -> dict[str, float]:
 
 
 def module(measure: Callable[..., Any], **changes: Any) -> ModuleType:
-    found = ModuleType("own")
-    vars(found).update(
+    module = ModuleType("own")
+    vars(module).update(
         {"NAME": "own", "MEASURES": {"mean": Described("Mean")}, "HEADLINE": ("mean",), "measure": measure} | changes
     )
-    return found
+    return module
 
 
 def case(one: ModuleType) -> SignatureCase:

@@ -112,7 +112,7 @@ class Later(Ahead):
 
 
 def drawn(step: int, calls: Sequence[object]) -> bytes:
-    pixels = [(step * 20 % 256, CALLS.index(one) if one else 200, 0) for one in calls] or [(step, 0, 0)]
+    pixels = [(step * 20 % 256, CALLS.index(call) if call else 200, 0) for call in calls] or [(step, 0, 0)]
     image = Image.new("RGB", (len(pixels), 1))
     image.putdata(pixels)
     png = io.BytesIO()
@@ -179,16 +179,19 @@ def row_with(**changes: Any) -> Any:
     """Return a `row` with other keys, which may be functions of the world, the row and the answer."""
 
     def row(self: Round, agent: int, answer: Answer) -> RoundStep:
-        found = Round.row(self, agent, answer)
-        made = {key: value(self, found, answer) if callable(value) else value for key, value in changes.items()}
-        return msgspec.structs.replace(found, **made)
+        step_record = Round.row(self, agent, answer)
+        made = {key: value(self, step_record, answer) if callable(value) else value for key, value in changes.items()}
+        return msgspec.structs.replace(step_record, **made)
 
     return row
 
 
 def _ever_higher(self: Round) -> Sequence[Question]:
     self.peeked = getattr(self, "peeked", 0) + 1
-    return [replace(one, observation={**one.observation, "peeked": self.peeked}) for one in Round.pending(self)]
+    return [
+        replace(question, observation={**question.observation, "peeked": self.peeked})
+        for question in Round.pending(self)
+    ]
 
 
 def _counts_openings(self: Round) -> Sequence[Record]:
@@ -262,7 +265,7 @@ def _other_class(self: Round, answers: Sequence[Answer]) -> Sequence[Record]:
 
 class Hasty(Later):
     def ready(self) -> Sequence[Question]:
-        return [replace(one, observation={**one.observation, "shown": "?"}) for one in super().ready()]
+        return [replace(question, observation={**question.observation, "shown": "?"}) for question in super().ready()]
 
 
 class Backwards(Later):

@@ -53,7 +53,9 @@ def test_what_holds_is_said_line_by_line_and_several_of_a_kind_are_checked_each_
 
 def test_what_does_not_hold_is_told_and_the_exit_code_is_2(mine: Path):
     done = foundry("check", "model=forgetful", *SMALL, "--config-dir", "mine", "--json", cwd=mine)
-    failed = [(one["check"], one["note"]) for one in json.loads(done.stdout)["findings"] if one["status"] == "failed"]
+    failed = [
+        (load["check"], load["note"]) for load in json.loads(done.stdout)["findings"] if load["status"] == "failed"
+    ]
     note = "parameters() lacks odds: add all of these, else models with different values share cached answers"
     assert done.returncode == 2 and failed == [("tells its settings apart", note)]
 
@@ -77,7 +79,9 @@ def test_the_null_of_a_signature_named_by_its_name_or_file_is_held_against_a_pol
     )
     (mine / "mine" / "signatures" / "greed.py").write_text(staying.replace("import share", "import Null, share"))
     done = foundry("check", name, "model=scripted/stay", *SMALL, "--config-dir", "mine", "--json", cwd=mine)
-    found = {one["check"]: (one["part"], one["status"], one["note"]) for one in json.loads(done.stdout)["findings"]}
+    found = {
+        load["check"]: (load["part"], load["status"], load["note"]) for load in json.loads(done.stdout)["findings"]
+    }
     part, status, note = found["comes to its nulls"]
     assert (part, done.returncode, status) == ("signature greed", exit_code, "failed" if exit_code else "passed"), found
     assert ("'most' is 0." in note and "Null is 0.5" in note) == bool(exit_code), note
@@ -98,5 +102,5 @@ def test_what_cannot_be_checked_is_one_line(asked: tuple[str, ...], told: str, m
 
 def test_the_function_returns_what_the_command_prints(mine: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(mine)
-    found = public.check("model=forgetful", *SMALL, config_dir="mine")
-    assert [one.check for one in found if one.status == "failed"] == ["tells its settings apart"]
+    findings = public.check("model=forgetful", *SMALL, config_dir="mine")
+    assert [finding.check for finding in findings if finding.status == "failed"] == ["tells its settings apart"]

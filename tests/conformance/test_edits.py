@@ -25,8 +25,8 @@ _SIDES = {"left": "right", "right": "left"}
 def broken(change: Callable[[Question], Question | None], leaves: str = "cause", **said: Any) -> dict[str, str]:
     """Return the notes of the checks that an edit fails, by their names."""
     case = EditCase(Edit("own", leaves, change, **said), WorldCase(partial(grid, steps=2), lambda: PROMPT))
-    found = examine("edit", CHECKS["edit"], case)
-    return {one.check: one.note for one in found if one.status is Status.FAILED}
+    findings = examine("edit", CHECKS["edit"], case)
+    return {finding.check: finding.note for finding in findings if finding.status is Status.FAILED}
 
 
 def emptied(question: Question) -> Question:

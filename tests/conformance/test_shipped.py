@@ -128,8 +128,10 @@ def test_an_edit_holds_what_every_edit_must_hold_in_all_worlds_of_its_form(world
 def test_every_shipped_edit_changes_something_in_some_world():
     tried = ("cafe_library", "survival", "bar", "public_goods_punishment", "naming", "usd")
     cases = [edits.EditCase(edit, case(world)) for world in tried for edit in edits_of(case(world).scenario.form)]
-    changing = [one for one in cases if look("edit", edits.changes_something, one).status is Status.PASSED]
-    assert {one.edit.name for one in cases} - {one.edit.name for one in changing} == {"no_messages"}, "nobody speaks"
+    changing = [case for case in cases if look("edit", edits.changes_something, case).status is Status.PASSED]
+    assert {case.edit.name for case in cases} - {edit_case.edit.name for edit_case in changing} == {"no_messages"}, (
+        "nobody speaks"
+    )
 
 
 SETTINGS = {"ollama": (), "openai": ("model.served=some", "model.server.base_url=http://127.0.0.1:1/v1")}

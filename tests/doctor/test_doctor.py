@@ -73,11 +73,11 @@ def test_a_plan_times_a_few_calls_where_it_is_told_to_and_keeps_no_answer(tmp_pa
     price, slow = "model.server.price={prompt: 1000000, reply: 2000000}", {"size_vram": 3_000_000_000}
     asked = ("-m", "model=llama3.2", "seed=0-1", price, *FEW)
     with OllamaServer(models=[FakeModel("llama3.2:latest", size=4_000_000_000, more=slow)]) as server:
-        told = foundry("plan", "--time", "--json", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
+        finished = foundry("plan", "--time", "--json", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
         asked_then = len(server.bodies)
         again = foundry("plan", *asked, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
         assert len(server.bodies) == asked_then
-    plan = json.loads(told.stdout)
+    plan = json.loads(finished.stdout)
     (timed,) = plan["timed"]
     assert plan["to_send"] == timed["calls"] == 48
     assert len({json.dumps(body["messages"]) for body in server.bodies if body["messages"]}) == BURST

@@ -60,11 +60,11 @@ def led(tmp_path_factory: pytest.TempPathFactory) -> Led:
     """Do all that the tutorial says, in a folder that has the example and nothing else."""
     place = tmp_path_factory.mktemp("tutorial")
     shutil.copytree(EXAMPLE, place / "examples" / "el_farol", ignore=shutil.ignore_patterns("__pycache__"))
-    found = Led(place, {})
+    led = Led(place, {})
     for command in COMMANDS:
-        run = found.run("scripted/random") if "RUN" in command else ""
-        found.said[command] = said(*shlex.split(command.replace("RUN", run)), cwd=place)
-    return found
+        run = led.run("scripted/random") if "RUN" in command else ""
+        led.said[command] = said(*shlex.split(command.replace("RUN", run)), cwd=place)
+    return led
 
 
 def the(led: Led, start: str) -> str:
@@ -89,7 +89,7 @@ def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led)
     assert {"evening_by_agent.svg", "evening_by_round.svg"} <= plots
     assert (led.place / "pages" / "index.html").exists()
     beside = SweepFolder.open(SweepFolder.open(led.place / "bar").baselines_dir)
-    assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"]
+    assert [condition.config["model"]["name"] for condition in beside.sweep.conditions] == ["scripted/stay"]
 
 
 @pytest.mark.slow

@@ -23,8 +23,15 @@ from foundry.storing.store import SweepFolder
 
 def test_a_condition_has_its_runs_keeps_its_names_and_says_nothing_of_the_server(sweep: SweepFolder):
     served, refused, scripted = conditions(sweep)
-    assert [one.model for one in (served, refused, scripted)] == ["qwen3:4b", "llama3.2", "scripted/random"]
-    assert [(one.asked, len(one.runs), one.complete) for one in (served, refused, scripted)] == [
+    assert [exported_condition.model for exported_condition in (served, refused, scripted)] == [
+        "qwen3:4b",
+        "llama3.2",
+        "scripted/random",
+    ]
+    assert [
+        (exported_condition.asked, len(exported_condition.runs), exported_condition.complete)
+        for exported_condition in (served, refused, scripted)
+    ] == [
         (2, 2, 2),
         (2, 2, 0),
         (2, 2, 2),
@@ -45,7 +52,7 @@ def test_a_record_lasts_from_the_first_start_that_is_known_to_the_last_end(sweep
     for run, (started, ended) in zip(copy.runs(), times, strict=True):
         known = {"started": time_of(started) if started else "", "ended": time_of(ended)}
         write_run_summary(run, msgspec.structs.replace(run.summary(), **known))
-    made = [record(one, MADE_UP) for one in conditions(copy)]
+    made = [record(condition, MADE_UP) for condition in conditions(copy)]
     lasted = [(one["evaluation_timestamp"], one["retrieved_timestamp"]) for one in made]
     assert lasted == [("1", "4"), ("2", "3"), ("1", "4")]
 
@@ -67,7 +74,7 @@ def test_images_are_found_by_what_was_sent(seen: SweepFolder):
 def test_scores_are_those_of_the_runs_and_their_means_and_of_measures_that_exist(sweep: SweepFolder):
     names = ["outcome.readable", "idle_rate.chosen"]
     scores = scores_of(sweep, names)
-    assert [one.name for one in scores.measures] == names
+    assert [measure.name for measure in scores.measures] == names
     ids = [run.id for run in sweep.runs()]
     values = [scores.of_runs[run].get("idle_rate.chosen") for run in ids]
     assert [value is None for value in values] == [False, False, True, True, False, False]
@@ -90,11 +97,11 @@ def test_what_was_declared_before_the_runs_is_what_is_exported(tmp_path: Path):
     succeeds("preregister", "--family", "idle_rate.chosen", *asked, cwd=tmp_path)
     succeeds(*asked, "analyze=false", cwd=tmp_path)
     scores = scores_of(SweepFolder.open(tmp_path / "out"), None)
-    assert [one.name for one in scores.measures] == ["idle_rate.chosen"]
+    assert [measure.name for measure in scores.measures] == ["idle_rate.chosen"]
 
 
 def test_what_is_not_installed_is_named_with_its_command(sweep: SweepFolder, monkeypatch: pytest.MonkeyPatch):
-    for name in [one for one in sys.modules if one.startswith("foundry.exporting.inspect.")]:
+    for name in [module for module in sys.modules if module.startswith("foundry.exporting.inspect.")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "inspect_ai", None)
     monkeypatch.setitem(sys.modules, "inspect_ai.event", None)

@@ -83,7 +83,7 @@ def test_runs_that_failed_or_have_not_ended_are_counted_and_are_in_no_mean(sweep
     details = {name: one["evaluation_results"][0]["score_details"] for name, one in records(copy).items()}
     runs = {name: tuple(one["details"].values()) for name, one in details.items()}
     assert runs == {"ollama/qwen3:4b": ("2", "1"), "scripted/random": ("2", "1")}
-    assert [one["uncertainty"] for one in details.values()] == [{"num_samples": 1}] * 2
+    assert [detail["uncertainty"] for detail in details.values()] == [{"num_samples": 1}] * 2
     for run in copy.runs():
         (run.path / "run.json").unlink(missing_ok=True)
     assert "has ended, so nothing can be exported" in exported("eee", "out", cwd=tmp_path, code=2)

@@ -46,7 +46,7 @@ def test_a_run_is_a_sample_and_a_call_an_event_with_prompt_reply_settings_and_to
     found = log_of(logs(sweep), "qwen3:4b")
     recorded = list(sweep.runs()[0].calls())
     sample = found.samples[0]
-    assert (found.status, [one.id for one in found.samples], sample.metadata["run"]) == (
+    assert (found.status, [sample.id for sample in found.samples], sample.metadata["run"]) == (
         "success", [0, 1], sweep.runs()[0].id,
     )  # fmt: skip
     events = calls_in(sample)
@@ -73,7 +73,7 @@ def test_steps_are_spans(sweep: SweepFolder):
 def test_declared_measures_are_scores_with_their_means(sweep: SweepFolder):
     found = log_of(logs(sweep, "--family", "idle_rate.chosen", "--family", "warning.social_reach"), "scripted/random")
     names = ["idle_rate.chosen", "warning.social_reach"]
-    assert [one.name for one in found.eval.scorers] == names
+    assert [scorer.name for scorer in found.eval.scorers] == names
     values = [sample.scores["idle_rate.chosen"].value for sample in found.samples]
     (score,) = found.results.scores
     assert score.metrics["mean"].value == pytest.approx(sum(values) / 2) and score.scored_samples == 2
@@ -95,7 +95,7 @@ def test_a_call_says_its_tries_its_cache_and_why_it_ended(sweep: SweepFolder, mo
     tried = (Attempt(error="busy", elapsed_s=0.5),)
     call = msgspec.structs.replace(next(run.calls()), cached=True, attempts=tried, ending="length", cached_tokens=100)
     monkeypatch.setattr(ExportedRun, "calls", lambda _: iter([call]))
-    (event,) = [one for one in events.events(run) if one.event == "model"]
+    (event,) = [event for event in events.events(run) if event.event == "model"]
     assert (event.cache, event.retries, event.output.stop_reason) == ("read", 1, "max_tokens")
     usage = event.output.usage
     assert (usage.input_tokens, usage.input_tokens_cache_read, usage.total_tokens) == (200, 100, 320)
@@ -114,8 +114,8 @@ def test_the_same_sweep_gives_the_same_bytes(sweep: SweepFolder, tmp_path: Path)
     for file in files(sweep):
         with zipfile.ZipFile(file) as archive:
             assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
-    assert [(tmp_path / "again" / one.name).read_bytes() for one in files(sweep)] == [
-        one.read_bytes() for one in files(sweep)
+    assert [(tmp_path / "again" / file.name).read_bytes() for file in files(sweep)] == [
+        file.read_bytes() for file in files(sweep)
     ]
 
 

@@ -40,7 +40,7 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def fuzz(sweep: Path, number: int, names: Sequence[str]) -> dict[str, int]:
     """Change one part after the other and run a command on it; returns how often each was refused."""
-    run = sorted(one.name for one in (sweep / "runs").iterdir())[0]
+    run = sorted(path.name for path in (sweep / "runs").iterdir())[0]
     files = {
         "sweep.yaml": yaml.safe_load((sweep / "sweep.yaml").read_text()),
         f"runs/{run}/run.json": msgspec.json.decode((sweep / "runs" / run / "run.json").read_bytes()),

@@ -183,10 +183,10 @@ ODD: dict[str, tuple[Any, Any]] = {
 
 
 def attributes() -> list[str]:
-    layer, found = Sdf.Layer.CreateAnonymous(".usda"), []
+    layer, texts = Sdf.Layer.CreateAnonymous(".usda"), []
     layer.ImportFromString(ALL)
-    layer.Traverse("/", lambda path: found.append(str(path)) if path.IsPropertyPath() else None)
-    return sorted(path for path in found if isinstance(layer.GetObjectAtPath(path), Sdf.AttributeSpec))
+    layer.Traverse("/", lambda path: texts.append(str(path)) if path.IsPropertyPath() else None)
+    return sorted(path for path in texts if isinstance(layer.GetObjectAtPath(path), Sdf.AttributeSpec))
 
 
 ATTRIBUTES = attributes()
@@ -226,28 +226,28 @@ def check(result: Scene | str, odd: dict[str, str]) -> None:
     if isinstance(result, str):
         assert "\n" not in result, odd
         return
-    assert any(one.path == "/Sound" for one in result.meshes) or any("/Sound" in path for path in odd), odd
+    assert any(part.path == "/Sound" for part in result.meshes) or any("/Sound" in path for path in odd), odd
     assert np.isfinite(result.bounds).all(), odd
-    for one in result.meshes:
-        for numbers in (one.points, one.normals, one.uvs, one.colour, one.emissive, one.opacity):
-            assert numbers is None or np.isfinite(numbers).all(), (one.path, odd)
-        assert 0 <= one.opacity <= 1 and one.triangles.max() < len(one.points), (one.path, odd)
+    for part in result.meshes:
+        for numbers in (part.points, part.normals, part.uvs, part.colour, part.emissive, part.opacity):
+            assert numbers is None or np.isfinite(numbers).all(), (part.path, odd)
+        assert 0 <= part.opacity <= 1 and part.triangles.max() < len(part.points), (part.path, odd)
 
 
 def test_the_stage_without_anything_odd_is_drawn_whole(place: Path) -> None:
     scene = loaded(place, {})
     assert isinstance(scene, Scene)
     assert not [line for line in scene.warnings if "wrong kind" in line or "nowhere" in line]
-    assert all(one.texture is not None for one in scene.meshes if one.path.startswith("/Mesh"))
+    assert all(mesh.texture is not None for mesh in scene.meshes if mesh.path.startswith("/Mesh"))
     drawn = {f"/{kind}" for kind in SHAPES} | {"/Sound", "/Mesh", "/Mesh/Part", "/Copies/Thing"}
-    assert {one.path for one in scene.meshes} == drawn
+    assert {mesh.path for mesh in scene.meshes} == drawn
 
 
 def test_a_value_of_a_wrong_kind_is_named_and_the_rest_is_drawn(place: Path) -> None:
     scene = loaded(place, {"/Mesh.points": "a number", "/Sphere.radius": "texts", "/Copies.protoIndices": "a text"})
     assert isinstance(scene, Scene)
     assert "Value of a wrong kind: /Mesh.points; /Copies.protoIndices; /Sphere.radius" in "\n".join(scene.warnings)
-    assert {"/Sound", "/Sphere"} <= {one.path for one in scene.meshes}
+    assert {"/Sound", "/Sphere"} <= {mesh.path for mesh in scene.meshes}
 
 
 def nowhere(stage: Any) -> None:
@@ -262,7 +262,7 @@ def nowhere(stage: Any) -> None:
 
 def test_what_is_placed_nowhere_is_left_out_by_name_and_the_rest_is_seen(place: Path) -> None:
     scene = load_scene(write_stage(place / "nowhere.usda", nowhere))
-    assert [one.path for one in scene.meshes] == ["/Sound", "/Copies/Tile"]
+    assert [mesh.path for mesh in scene.meshes] == ["/Sound", "/Copies/Tile"]
     assert scene.bounds.tolist() == [[0, 0, 0], [4, 1, 0]]
     text = "\n".join(scene.warnings)
     assert "Not drawn, since a point is not a number or is beyond 1e+08 m: /Nan; /Far" in text
@@ -289,14 +289,14 @@ def test_a_point_instancer_within_itself_is_named(place: Path, prototype: str, i
             instancer(stage, "/Other", inner)
 
     scene = load_scene(write_stage(place / f"self{next(_NUMBER)}.usda", build))
-    assert "/Sound" in [one.path for one in scene.meshes]
+    assert "/Sound" in [mesh.path for mesh in scene.meshes]
     assert any("contains itself" in line or line.startswith("Prototype not found") for line in scene.warnings)
 
 
 def test_shader_nodes_in_a_circle_end(place: Path) -> None:
     file = place / "circle.usda"
     file.write_text(ALL.replace("inputs:in.connect = </Paint/St", "inputs:in.connect = </Paint/Turn"))
-    assert any(one.path == "/Mesh/Part" for one in load_scene(file).meshes)
+    assert any(mesh.path == "/Mesh/Part" for mesh in load_scene(file).meshes)
 
 
 @pytest.mark.parametrize(

@@ -95,9 +95,9 @@ def test_a_texture_elsewhere_is_named_and_not_read(place: Path):
         bind(made, textured(stage, "/Paint", "../secret.png"))
 
     file = write_stage(place / "scene.usda", build)
-    found = load_scene(file)
-    assert any("Texture outside the scene's folder is not read" in warning for warning in found.warnings)
-    assert all(part.texture is None for part in found.meshes)
+    scene = load_scene(file)
+    assert any("Texture outside the scene's folder is not read" in warning for warning in scene.warnings)
+    assert all(part.texture is None for part in scene.meshes)
     assert any(part.texture is not None for part in load_scene(file, root=place.parent).meshes)
 
 

@@ -40,7 +40,7 @@ def test_each_person_has_an_order_of_their_own_that_takes_one_text_of_every_stra
     desk = LabelDesk(folder, LABEL, sample())
     ana, ben = desk.order("ana"), desk.order("ben")
     assert sorted(ana) == sorted(ben) and ana != ben
-    strata = {one.item: one.stratum for one in sample().drawn}
+    strata = {picture.item: picture.stratum for picture in sample().drawn}
     for start in range(0, 24, 3):
         assert {strata[item] for item in ana[start : start + 3]} == {0, 1, 2}
 

@@ -26,20 +26,20 @@ def empty(seed: int = 0, label: Label = LABEL) -> Sample:
     return Sample(label=label.name, question_sha256=label.question_sha256, seed=seed)
 
 
-def drawn(found: list[Item], per_model: int | None, sample: Sample | None = None) -> Sample:
-    return extended(sample or empty(), LABEL, found, dict.fromkeys(item.run for item in found), per_model)
+def drawn(items: list[Item], per_model: int | None, sample: Sample | None = None) -> Sample:
+    return extended(sample or empty(), LABEL, items, dict.fromkeys(item.run for item in items), per_model)
 
 
 def test_each_model_gives_a_third_of_its_texts_from_each_stratum_spread_over_seeds():
     sample = drawn(items(), 60)
-    assert [(one.model, one.says, one.size) for one in sample.strata] == [
+    assert [(stratum.model, stratum.says, stratum.size) for stratum in sample.strata] == [
         (model, says, size) for model in "ab" for says, size in (("near", 60), ("no", 210), ("yes", 30))
     ]
     for number, stratum in enumerate(sample.strata):
-        own = [one for one in sample.drawn if one.stratum == number]
+        own = [picture for picture in sample.drawn if picture.stratum == number]
         assert stratum.probability == pytest.approx(20 / stratum.size)
         assert abs(len(own) - 20) <= 1
-        by_seed = np.bincount([one.seed for one in own], minlength=10)
+        by_seed = np.bincount([picture.seed for picture in own], minlength=10)
         assert by_seed.max() - by_seed.min() <= 2, "no seed gives much more than another"
 
 
@@ -56,13 +56,13 @@ def test_a_stratum_with_few_texts_gives_all_of_them_and_the_others_more():
     assert shares_of({"yes": 4, "near": 100, "no": 1000}, 60) == {"yes": 4, "near": 28, "no": 28}
     assert shares_of({"rest": 5}, 60) == {"rest": 5}
     few = drawn(items("a", 1, 20), PER_MODEL)
-    assert len(few.drawn) == 20 and {one.probability for one in few.strata} == {1}
+    assert len(few.drawn) == 20 and {stratum.probability for stratum in few.strata} == {1}
 
 
 def test_more_texts_for_each_model_keep_those_that_were_drawn_and_fewer_take_none_away():
     first = drawn(items(), 30)
     more = drawn(items(), 90, first)
-    assert {one.item for one in first.drawn} < {one.item for one in more.drawn}
+    assert {picture.item for picture in first.drawn} < {picture.item for picture in more.drawn}
     assert drawn(items(), 12, first) == drawn(items(), None, first) == first
     assert drawn(items(), 30) == first, "the same is drawn again"
     assert extended(empty(1), LABEL, items(), [], 30).drawn == ()
@@ -70,16 +70,16 @@ def test_more_texts_for_each_model_keep_those_that_were_drawn_and_fewer_take_non
 
 def test_runs_that_a_sweep_grew_by_are_drawn_from_by_themselves_and_silent_runs_count_as_drawn_from():
     first = drawn(items(seeds=4), 30)
-    grown = extended(first, LABEL, items(), [*dict.fromkeys(one.run for one in items()), "silent-s0"], None)
+    grown = extended(first, LABEL, items(), [*dict.fromkeys(item.run for item in items()), "silent-s0"], None)
     assert grown.runs[1][-1] == "silent-s0" and len(grown.runs) == 2
     assert grown.per_model == (30, 30)
-    assert {one.item for one in first.drawn} == {
-        one.item for one in grown.drawn if grown.strata[one.stratum].draw == 0
+    assert {picture.item for picture in first.drawn} == {
+        picture.item for picture in grown.drawn if grown.strata[picture.stratum].draw == 0
     }, "earlier draws stay as they were"
-    assert {one.seed for one in grown.drawn if grown.strata[one.stratum].draw == 1} == set(range(4, 10))
+    assert {picture.seed for picture in grown.drawn if grown.strata[picture.stratum].draw == 1} == set(range(4, 10))
 
 
 def test_without_a_rule_all_texts_of_a_model_are_one_stratum():
     label = Label(name="polite", question="?", choices=("yes", "no"), unit="message")
     sample = extended(empty(label=label), label, items(), ["a-s0"], 30)
-    assert {one.says for one in sample.strata} == {"rest"}
+    assert {stratum.says for stratum in sample.strata} == {"rest"}

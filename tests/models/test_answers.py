@@ -19,11 +19,11 @@ from postgres_server import PostgresServer
 
 def test_what_one_connection_kept_another_one_finds_until_a_later_answer_replaces_it(store: Store):
     one, two = store.open(), store.open()
-    kept = Reply(text="é\u0000\U0001f600", prompt_tokens=5, timings={"latency": 0.5})
-    one.put({"k": kept}, "m")
-    assert two.get(["k", "absent"]) == {"k": kept}
+    reply = Reply(text="é\u0000\U0001f600", prompt_tokens=5, timings={"latency": 0.5})
+    one.put({"k": reply}, "m")
+    assert two.get(["k", "absent"]) == {"k": reply}
     one.close()
-    assert two.get(["k"]) == {"k": kept}
+    assert two.get(["k"]) == {"k": reply}
     two.close()
     answers = store.open()
     answers.put({"k": Reply(text="first")}, "m")
@@ -73,7 +73,7 @@ def test_a_file_with_flipped_bits_returns_nothing_that_was_not_asked_for(tmp_pat
             answers = open_answers(path)
             for key in keys[::7]:
                 with contextlib.suppress(FoundryError):
-                    assert {found: reply.text for found, reply in answers.get([key]).items()} in ({}, {key: key})
+                    assert {text: reply.text for text, reply in answers.get([key]).items()} in ({}, {key: key})
             answers.close()
 
 

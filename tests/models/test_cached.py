@@ -72,8 +72,8 @@ def test_all_that_decides_an_answer_makes_another_key_wherever_one_part_ends_and
     sources = itertools.product(text, text, ({}, {"a": 1}, {"a": 2}))
     keys = [RequestKeys.of(Source(model=m, digest=d, parameters=p, key="")) for m, d, p in sources]
     messages = [(ChatMessage(*parts),) for parts in itertools.product(text, text, images)]
-    asked = [*messages, *((one, ChatMessage("user", "")) for (one,) in messages)]
-    made = [of.key(one, seed) for of in keys for seed in (1, 2) for one in asked]
+    asked = [*messages, *((chat_message, ChatMessage("user", "")) for (chat_message,) in messages)]
+    made = [of.key(chat_messages, seed) for of in keys for seed in (1, 2) for chat_messages in asked]
     assert len(set(made)) == len(made)
 
 

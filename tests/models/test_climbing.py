@@ -57,19 +57,19 @@ def test_of_eight_calls_in_flight_to_a_single_slot_two_are_left_after_few_answer
 
 
 def test_from_the_slots_that_a_server_tells_only_refusals_lower_the_limit_and_it_comes_back():
-    told = InFlight(min=1, max=512, initial=16).from_slots(8)
+    in_flight = InFlight(min=1, max=512, initial=16).from_slots(8)
     server = Timed(slots=8, spread=1.2, tells_queue=True, overhead=1.0)  # such as a long way to the server
-    found = climb_within(told, told.initial, known=False)
+    climb = climb_within(in_flight, in_flight.initial, known=False)
     limits = set()
     for _ in range(3000):
-        server.serve(1, found)
-        limits.add(found.limit)
+        server.serve(1, climb)
+        limits.add(climb.limit)
     assert limits == {9}
     server.sums.refused += 100
-    found.look(server.sums)
-    assert found.limit == 4
-    server.serve(3000, found)
-    assert found.limit == 9
+    climb.look(server.sums)
+    assert climb.limit == 4
+    server.serve(3000, climb)
+    assert climb.limit == 9
 
 
 def test_little_is_lost_on_the_way_from_four_calls_in_flight_to_256():

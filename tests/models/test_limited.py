@@ -26,12 +26,12 @@ async def settle() -> None:
         await asyncio.sleep(0)
 
 
-def retried(inner: Model, found: Limit) -> Model:
+def retried(inner: Model, limit: Limit) -> Model:
     async def nap(seconds: float) -> None:
         await asyncio.sleep(0)
 
     retry = Retry(attempts=2, unusable_attempts=2, wait_initial_s=1.0, wait_max_s=1.0)
-    return LimitedModel(RetriedModel(inner, retry, sleep=nap, noted=found.note_failure), found)
+    return LimitedModel(RetriedModel(inner, retry, sleep=nap, noted=limit.note_failure), limit)
 
 
 @pytest.mark.parametrize("failure", [BUSY, LATE])

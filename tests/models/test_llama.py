@@ -106,7 +106,7 @@ def test_other_flags_are_the_same_weights_and_other_weights_behind_the_name_are_
         stopped = swept(workspace, url, "resume", "sweep", "seed=2")
     assert stopped.returncode == 3 and "canary belongs to other weights" in stopped.stderr
     summaries = [run.summary() for run in SweepFolder.open(workspace / "sweep").runs()]
-    verdicts = [canary.verdict for one in summaries if one is not None for canary in one.canaries]
+    verdicts = [canary.verdict for summary in summaries if summary is not None for canary in summary.canaries]
     assert verdicts[:2] == [Verdict.SAME] * 2
 
 
@@ -133,8 +133,8 @@ def test_a_probe_asks_once_by_probabilities_that_samples_agree_with(serve: Serve
             assert done.returncode == 0, done.stderr
             analyze_probe(SweepFolder.open(workspace / name), plots=False)
             tables.append(pd.read_csv(workspace / name / "analysis" / "moments.csv"))
-    told, sampled = tables
-    assert set(told["by"]) == {"probabilities"} and (told["count"].sum(), sampled["count"].sum()) == (12, 480)
-    share = told[told["choice"] == "go"]["share"]
+    frame, sampled = tables
+    assert set(frame["by"]) == {"probabilities"} and (frame["count"].sum(), sampled["count"].sum()) == (12, 480)
+    share = frame[frame["choice"] == "go"]["share"]
     went = sampled[sampled["choice"] == "go"]["count"].sum()
     assert abs(went - 40 * share.sum()) < 4 * (40 * (share * (1 - share)).sum()) ** 0.5 + 480 * 0.05

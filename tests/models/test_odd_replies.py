@@ -111,7 +111,7 @@ def assert_known(describe: Callable[[], ModelInfo]) -> None:
     except InputError:
         return
     assert info.digest is None or isinstance(info.digest, str)
-    assert all(isinstance(one, str) for one in info.capabilities)
+    assert all(isinstance(capability, str) for capability in info.capabilities)
     assert info.context_length is None or type(info.context_length) is int and info.context_length > 0
 
 

@@ -233,7 +233,7 @@ def test_the_list_of_models_tells_what_it_can():
     }
     with OpenAIServer(models=rows) as server:
         infos = {row: run(make_openai(server.base_url, served=row), lambda m: m.inspect()) for row in rows}
-        told = run(make_openai(server.base_url, vision=True), lambda m: m.inspect())
+        finished = run(make_openai(server.base_url, vision=True), lambda m: m.inspect())
         server.models["a"]["created"] = 2
         later = run(make_openai(server.base_url), lambda m: m.inspect())
     assert infos["a"].context_length == 4096
@@ -243,7 +243,7 @@ def test_the_list_of_models_tells_what_it_can():
         "c": (False, False),
         "d": (True, False),
     }
-    assert ("vision" in told.capabilities, told.undeclared) == (True, ())
+    assert ("vision" in finished.capabilities, finished.undeclared) == (True, ())
     assert later.digest == infos["a"].digest != infos["b"].digest
     assert str(later.digest).startswith("listed-")
 

@@ -207,8 +207,8 @@ def test_a_pause_that_is_too_long_ends_the_sweep():
     with pytest.raises(ServerError, match="a pause of 3600 s.*foundry resume"):
         asyncio.run(pause.over(HERE))
     assert isinstance(pause.judged(TransientError("429", busy=True, retry_after_s=61.0), HERE), ServerError)
-    kept = TransientError("429", busy=True, retry_after_s=59.0)
-    assert pause.judged(kept, HERE) is kept
+    transient_error = TransientError("429", busy=True, retry_after_s=59.0)
+    assert pause.judged(transient_error, HERE) is transient_error
 
 
 def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit():

@@ -196,8 +196,8 @@ LEADER = {"id": 0, "x": 3, "y": 0, "persona": {"role": "leader"}}
 
 def decided(policy: Any, **observed: Any) -> dict[str, Any]:
     """Return what a policy decides, without its reasons."""
-    found = json.loads(policy.action({**HERE, **observed}, seeding.stream(0, "test")))
-    return {name: value for name, value in found.items() if name not in ("memory", "reasoning")}
+    content = json.loads(policy.action({**HERE, **observed}, seeding.stream(0, "test")))
+    return {name: value for name, value in content.items() if name not in ("memory", "reasoning")}
 
 
 def go(way: str) -> dict[str, str]:
@@ -262,5 +262,5 @@ def test_a_forager_reproduces_and_a_sharer_gives_when_they_have_enough_and_a_fig
 def test_all_of_them_can_stand_in_a_world_that_has_none_of_this():
     plain = {name: HERE[name] for name in ("agent", "x", "y", "half_size", "persona", "fires", "memory", "received")}
     for policy in (FollowLeader("f"), Forager("g"), Sharer("s"), Fighter("a")):
-        found = json.loads(policy.action({**plain, "neighbours": []}, seeding.stream(0, "test")))
-        assert found["action"] in ("stay", "move")
+        content = json.loads(policy.action({**plain, "neighbours": []}, seeding.stream(0, "test")))
+        assert content["action"] in ("stay", "move")

@@ -66,9 +66,9 @@ def test_output_that_fits_no_format_is_a_failed_reply_and_fails_no_run(openai, w
         small = ("world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
         done = openai(server, "model=openai/a", *small, *quick)
     assert done.returncode == 0 and statuses(workspace / "out") == ["complete"], done.stderr
-    told = foundry("status", "out", cwd=workspace).stdout
-    assert "100.0% of 8 replies are unreadable (8 aborted by the server). Examples:" in told
-    assert "does not match the expected peg-native format" in told
+    finished = foundry("status", "out", cwd=workspace).stdout
+    assert "100.0% of 8 replies are unreadable (8 aborted by the server). Examples:" in finished
+    assert "does not match the expected peg-native format" in finished
     assert any("foundry status shows examples" in note for note in analyze([workspace / "out"], plots=False).notes)
 
 

@@ -204,8 +204,8 @@ def test_the_digest_follows_the_content_and_each_file_is_read_once(reader, tmp_p
     shutil.copytree(reader, copy)
     (copy / "README.md").write_text("Not part of the model.")
     assert transformers_weights.digest(copy) == transformers_weights.digest(reader)
-    kept = json.loads((tmp_path / "hashes" / "weights.json").read_text("utf-8"))
-    assert len(kept) == 2 * len([file for file in reader.iterdir()])
+    content = json.loads((tmp_path / "hashes" / "weights.json").read_text("utf-8"))
+    assert len(content) == 2 * len([file for file in reader.iterdir()])
     template = copy / "chat_template.jinja"
     template.write_text(template.read_text("utf-8") + " ", "utf-8")
     assert transformers_weights.digest(copy) != transformers_weights.digest(reader)

@@ -137,8 +137,8 @@ def test_answers_of_a_model_that_cannot_change_are_confirmed_at_once(views):
 
 
 def test_replies_that_name_other_weights_are_refused_also_when_they_come_from_the_cache(views):
-    def told(one: Reply) -> dict[str, str]:
-        return {"fingerprint": one.server_version} if one.server_version else {}
+    def told(reply: Reply) -> dict[str, str]:
+        return {"fingerprint": reply.server_version} if reply.server_version else {}
 
     views().keep({"k": reply("left", version="fp_1"), "l": reply("right")}, "m")
     one = views(weights_of=told)

@@ -108,7 +108,7 @@ def test_the_commands_analyse_it_and_plan_with_it(outside: Outside, monkeypatch:
     monkeypatch.setattr(plots, "FORMATS", ("svg",))  # two thirds of the time go into the others
     assert "tables: " in outside.foundry("analyze", "out", "--plots", "--family", "restless.change")
     assert "restless.change" in (outside.sweep / "analysis" / "summary.md").read_text(encoding="utf-8")
-    drawn = {one.name for one in (outside.sweep / "analysis/plots").iterdir()}
+    drawn = {path.name for path in (outside.sweep / "analysis/plots").iterdir()}
     assert {"rounding.svg", "restless.svg", "outcome.svg"} <= drawn
     assert "rounding.home" in outside.foundry("plan", "--pilot", "out", "--measure", "rounding.home")
 
@@ -141,9 +141,9 @@ def test_a_broken_signature_is_named_in_one_line(outside: Outside, tmp_path: Pat
     mine = copied(outside, tmp_path, "mine")
     (mine / "signatures/bad.py").write_text(text + "\n", encoding="utf-8")
     monkeypatch.setenv(VARIABLE, str(mine))
-    with pytest.raises(InputError, match=re.escape(BROKEN[text])) as told:
+    with pytest.raises(InputError, match=re.escape(BROKEN[text])) as raised:
         analysis.analyze(tmp_path / "out", plots=False)
-    assert "mine/signatures/bad.py" in str(told.value) and "\n" not in str(told.value)
+    assert "mine/signatures/bad.py" in str(raised.value) and "\n" not in str(raised.value)
 
 
 def test_a_broken_signature_hurts_only_who_uses_it(outside: Outside, tmp_path: Path):

@@ -20,15 +20,15 @@ def _axe() -> Any:
 
 def check(page: Any) -> None:
     """Look at a page as it is now, light and wide, then dark and narrow; fail with look, rule, element and why."""
-    found: list[str] = []
+    texts: list[str] = []
     for scheme, width, height in LOOKS:
         page.emulate_media(color_scheme=scheme)
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate(PAINTED)
         response = _axe().run(page, options=RULES).response
-        found += [f"{scheme}, {width} px: {line}" for line in _lines(response["violations"])]
-    if found:
-        raise AssertionError("\n".join(found))
+        texts += [f"{scheme}, {width} px: {line}" for line in _lines(response["violations"])]
+    if texts:
+        raise AssertionError("\n".join(texts))
 
 
 def _lines(broken: list[dict[str, Any]]) -> Iterator[str]:

@@ -58,7 +58,7 @@ def _set(name: str, value: str | None) -> None:
 def _is_own(name: str) -> bool:
     module = sys.modules.get(name.partition(".")[0])
     places = [Path(one) for one in (*getattr(module, "__path__", ()), getattr(module, "__file__", None)) if one]
-    return bool(places) and not any(one.parent in _PLACES or one.is_relative_to(sys.prefix) for one in places)
+    return bool(places) and not any(place.parent in _PLACES or place.is_relative_to(sys.prefix) for place in places)
 
 
 def _forget(modules: list[str]) -> None:

@@ -67,17 +67,17 @@ async def ask(sitting: Sitting, kinds: tuple[str, ...]) -> None:
 
 @pytest.fixture
 def sitting() -> Iterator[Sitting]:
-    desk, found = Desk(), Sitting()
+    desk, sitting = Desk(), Sitting()
 
     def work() -> None:
         with seated(desk):
-            asyncio.run(ask(found, ("act", "act", "look", "judge")))
+            asyncio.run(ask(sitting, ("act", "act", "look", "judge")))
 
     thread = threading.Thread(target=work)
     with running(PeopleServer(desk, "You answer as ana.", leave=desk.leave)) as server:
-        found.url = server.url
+        sitting.url = server.url
         thread.start()
-        yield found
+        yield sitting
         desk.leave()
         thread.join()
 

@@ -57,7 +57,7 @@ def test_a_person_is_shown_each_prompt_alone_and_answers_are_calls_with_the_seco
     found = list(run.calls())
     assert {call.model for call in found} == {"human/ana"}
     assert all(call.timings["latency"] > 0 for call in found)
-    acted = [one for one in decisions(pilot / "asked") if one["kind"] == "action"]
+    acted = [decision for decision in decisions(pilot / "asked") if decision["kind"] == "action"]
     outcomes = {("up", Outcome.CHOSEN), ("up", Outcome.REPAIRED)}
     assert {(one["action"], one["outcome"]) for one in acted} == outcomes, "other words are read as a model's would be"
 

@@ -118,7 +118,7 @@ def shown(desk: Desk, asked: list[tuple[str, Request]]) -> list[str]:
     """Return the prompts in the order in which they are shown."""
 
     async def ask() -> list[str]:
-        asking = [asyncio.create_task(desk.ask(person, one, None)) for person, one in asked]
+        asking = [asyncio.create_task(desk.ask(person, request, None)) for person, request in asked]
         await asyncio.sleep(0)
         desk.agree()
         found = []

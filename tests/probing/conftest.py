@@ -30,9 +30,11 @@ def done(*arguments: str, cwd: Path, **variables: str) -> str:
 
 def refused(*arguments: str, cwd: Path) -> str:
     """Run a command that is refused in one line; returns the line."""
-    found = foundry(*arguments, cwd=cwd, PYTHONPATH=str(PARTS))
-    assert (found.returncode, found.stdout, found.stderr.count("\n")) == (2, "", 1), found.stdout + found.stderr
-    return found.stderr
+    finished = foundry(*arguments, cwd=cwd, PYTHONPATH=str(PARTS))
+    assert (finished.returncode, finished.stdout, finished.stderr.count("\n")) == (2, "", 1), (
+        finished.stdout + finished.stderr
+    )
+    return finished.stderr
 
 
 def write_models(folder: Path, **targets: str) -> None:
@@ -65,7 +67,7 @@ def note(folder: Path, number: int, text: str, **keys: Any) -> bytes:
 
 
 def noted(folder: Path) -> list[tuple[str, int | None, int | None, int | None, str]]:
-    return [(one.run, one.step, one.agent, one.moment, one.text) for one in notes_of(folder).notes]
+    return [(note.run, note.step, note.agent, note.moment, note.text) for note in notes_of(folder).notes]
 
 
 @pytest.fixture(scope="session")
@@ -92,6 +94,6 @@ def probed(pilot: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def report(probed: Path) -> Path:
-    told = done("report", "probed", "--out", "page.html", cwd=probed.parent)
-    assert "report of 45 runs in page.html" in told
+    text = done("report", "probed", "--out", "page.html", cwd=probed.parent)
+    assert "report of 45 runs in page.html" in text
     return probed.parent / "page.html"

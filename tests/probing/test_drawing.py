@@ -31,27 +31,31 @@ def runs(count: int, steps: int, agents: int) -> dict[str, Past]:
 
 
 def told(recorded: Mapping[str, Past], is_rare: Any) -> dict[Moment, dict[str, str | bool]]:
-    return {one: {"fire": is_rare(one)} for run, past in recorded.items() for one in past.moments(run)}
+    return {moment: {"fire": is_rare(moment)} for run, past in recorded.items() for moment in past.moments(run)}
 
 
 def test_what_is_rare_is_drawn_as_often_as_what_is_not_as_long_as_there_is_any():
     recorded = runs(4, steps=40, agents=10)
     strata = told(recorded, lambda one: one.step > 35)
-    found = drawn(recorded, 64, 0, 5, strata)
-    assert len(found) == 64 and Counter(strata[one]["fire"] for one in found) == {True: 32, False: 32}
-    assert set(Counter(one.run for one in found).values()) == {16}
-    early = Counter((one.step - 1) // 5 for one in found if not strata[one]["fire"])
+    moments = drawn(recorded, 64, 0, 5, strata)
+    assert len(moments) == 64 and Counter(strata[moment]["fire"] for moment in moments) == {True: 32, False: 32}
+    assert set(Counter(moment.run for moment in moments).values()) == {16}
+    early = Counter((moment.step - 1) // 5 for moment in moments if not strata[moment]["fire"])
     assert set(early) == set(range(7)) and max(early.values()) - min(early.values()) <= 4
-    assert Counter(strata[one]["fire"] for one in drawn(recorded, 64, 0, 5, {}))[True] < 16
+    assert Counter(strata[moment]["fire"] for moment in drawn(recorded, 64, 0, 5, {}))[True] < 16
 
 
 @pytest.mark.parametrize(("window", "most"), [(5, 4), (1, 20), (0, 20), (20, 1), (7, 3)])
 def test_an_agent_gives_one_moment_in_a_window(window: int, most: int):
     recorded = runs(2, steps=20, agents=3)
-    found = drawn(recorded, 1000, 0, window, {})
-    assert set(Counter((one.run, one.agent) for one in found).values()) == {most} and len(set(found)) == len(found)
+    moments = drawn(recorded, 1000, 0, window, {})
+    assert set(Counter((moment.run, moment.agent) for moment in moments).values()) == {most} and len(
+        set(moments)
+    ) == len(moments)
     if window:
-        assert set(Counter((one.run, one.agent, (one.step - 1) // window) for one in found).values()) == {1}
+        assert set(Counter((moment.run, moment.agent, (moment.step - 1) // window) for moment in moments).values()) == {
+            1
+        }
 
 
 def test_the_same_seed_draws_the_same_and_without_a_window_all_kinds_of_a_step():
@@ -99,12 +103,12 @@ def test_a_file_lists_moments_of_the_recorded_runs_and_is_refused_where_it_is_of
     change: Callable[[dict[str, Any]], object], said: str, tmp_path: Path
 ):
     recorded, file = runs(2, steps=4, agents=2), tmp_path / "moments.json"
-    kept, past = kept_of(drawn(recorded, 8, 0, 1, {}), recorded)
-    assert {run: max(call.step for call in one.calls) for run, one in past.items()} == {
-        run: max(moment.step for moment in kept.moments if moment.run == run) for run in past
+    moments, past = kept_of(drawn(recorded, 8, 0, 1, {}), recorded)
+    assert {run: max(call.step for call in past.calls) for run, past in past.items()} == {
+        run: max(moment.step for moment in moments.moments if moment.run == run) for run in past
     }
-    file.write_bytes(msgspec.json.encode(kept))
-    assert listed(file, recorded) == kept
+    file.write_bytes(msgspec.json.encode(moments))
+    assert listed(file, recorded) == moments
     content = msgspec.json.decode(file.read_bytes())
     change(content)
     file.write_bytes(msgspec.json.encode(content))

@@ -42,40 +42,46 @@ def row(frame: pd.DataFrame, **wanted: str) -> pd.Series:
 
 def test_a_model_blind_to_formats_spreads_as_far_as_chance_does():
     found = [row(format_tables(answers({"a": [0.4] * 5}, f"{number}"))[0], choice="yes") for number in range(8)]
-    excess = np.array([one["excess"] for one in found])
-    assert min(one["floor"] for one in found) > 0.1
-    assert abs(excess.mean()) < 3 * excess.std(ddof=1) / np.sqrt(8) and sum(one["p"] <= 0.05 for one in found) <= 2
+    excess = np.array([column["excess"] for column in found])
+    assert min(column["floor"] for column in found) > 0.1
+    assert (
+        abs(excess.mean()) < 3 * excess.std(ddof=1) / np.sqrt(8) and sum(column["p"] <= 0.05 for column in found) <= 2
+    )
 
 
 def test_the_spread_and_its_deviation_are_those_of_the_chances():
     chances = [0.2, 0.35, 0.5, 0.65, 0.8]
-    found = row(format_tables(answers({"a": chances}))[0], choice="yes")
-    assert (found["least_format"], found["greatest_format"]) == ("none", "spread/3")
-    assert found["greatest"] - found["least"] == pytest.approx(0.6, abs=0.08)
-    assert found["sd"] == pytest.approx(np.std(chances, ddof=1), abs=0.04) and found["sd_low"] < 0.24 < found["sd_high"]
-    assert found["p_holm"] < 0.01 and found["seeds"] == SEEDS
+    column = row(format_tables(answers({"a": chances}))[0], choice="yes")
+    assert (column["least_format"], column["greatest_format"]) == ("none", "spread/3")
+    assert column["greatest"] - column["least"] == pytest.approx(0.6, abs=0.08)
+    assert (
+        column["sd"] == pytest.approx(np.std(chances, ddof=1), abs=0.04) and column["sd_low"] < 0.24 < column["sd_high"]
+    )
+    assert column["p_holm"] < 0.01 and column["seeds"] == SEEDS
 
 
 def test_the_variance_by_chance_is_that_of_answers_dealt_out_anew():
     rng = stream(0, "dealt")
     counts = rng.integers(0, REPEATS + 1, size=(6, 5))
-    found = ChoicesByFormat(np.stack([counts, REPEATS - counts], axis=-1), ("yes", "no"), np.array([0, 0, 0, 0, 1, 1]))
+    formatted = ChoicesByFormat(
+        np.stack([counts, REPEATS - counts], axis=-1), ("yes", "no"), np.array([0, 0, 0, 0, 1, 1])
+    )
     dealt = np.concatenate([_dealt(counts, REPEATS, rng) for _ in range(100)]) / REPEATS
     by_seed = np.stack([dealt[:, :4].mean(axis=1), dealt[:, 4:].mean(axis=1)])
-    assert _variance_by_chance(found, counts) == pytest.approx(by_seed.var(axis=2, ddof=1).mean(axis=1), rel=0.02)
+    assert _variance_by_chance(formatted, counts) == pytest.approx(by_seed.var(axis=2, ddof=1).mean(axis=1), rel=0.02)
 
 
 def test_the_order_of_two_models_turns_round_where_their_chances_do_and_else_never():
     _, orders = format_tables(answers({"a": [0.9, 0.9, 0.1, 0.1, 0.1], "b": [0.5] * 5, "c": [0.5] * 5}))
-    found = row(orders, first="a", second="b", choice="yes")
-    assert (found["first_more"], found["second_more"]) == (2, 3)
-    assert found["turned"] == found["turned_clearly"] == 0.6
+    column = row(orders, first="a", second="b", choice="yes")
+    assert (column["first_more"], column["second_more"]) == (2, 3)
+    assert column["turned"] == column["turned_clearly"] == 0.6
     alike = row(orders, first="b", second="c", choice="yes")
     assert alike["turned_clearly"] == 0 and 0.3 < alike["floor"] < 0.65
     _, orders = format_tables(answers({"a": [0.9] * 5, "b": [0.2] * 5}))
-    found = row(orders, choice="yes")
-    assert found["turned"] == 0 and found["first_more"] == 5 and found["difference"] == pytest.approx(0.7, abs=0.06)
-    assert found["floor"] == 0
+    column = row(orders, choice="yes")
+    assert column["turned"] == 0 and column["first_more"] == 5 and column["difference"] == pytest.approx(0.7, abs=0.06)
+    assert column["floor"] == 0
 
 
 @pytest.mark.slow
@@ -95,6 +101,6 @@ def test_a_probe_asks_in_formats_and_finds_who_reads_them(pilot: Path, tmp_path:
             text = next(run.calls()).messages[0]["content"]
             assert ("\n[" in text) == (drawn is not None and drawn["heading"] == "[{}]")
     assert ways["none"] == {"stay"} and ways["spread/0"] == {"left"}
-    found = pd.read_csv(tmp_path / "out" / "analysis" / "formats.csv", keep_default_na=False, na_values=[""])
-    assert row(found, model="bracketed", choice="left")["greatest_format"] == "spread/0"
-    assert set(found[found["model"] == "scripted/random"]["sd"]) == {0}
+    frame = pd.read_csv(tmp_path / "out" / "analysis" / "formats.csv", keep_default_na=False, na_values=[""])
+    assert row(frame, model="bracketed", choice="left")["greatest_format"] == "spread/0"
+    assert set(frame[frame["model"] == "scripted/random"]["sd"]) == {0}

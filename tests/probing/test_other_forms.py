@@ -79,16 +79,16 @@ def test_who_reads_images_follows_their_mirror_and_changes_without_them_and_who_
             assert (call.messages == messages[line["run"], line["step"]]) == is_unedited
             actions.setdefault((run.factors["model"], run.factors["edit"]), []).append(line["action"])
     frame = pd.read_csv(probed / "analysis" / "edits.csv")
-    found = frame[frame["kind"] == "all"].set_index(["model", "edit"])["distance"]
-    sides = [one.startswith("turn") for one in actions["brighter", "none"]]
+    column = frame[frame["kind"] == "all"].set_index(["model", "edit"])["distance"]
+    sides = [action.startswith("turn") for action in actions["brighter", "none"]]
     assert set(actions["brighter", "blank_image"]) == {"forward"}
-    assert found["brighter", "mirror_image"] == 0
-    assert found["brighter", "blank_image"] == pytest.approx(sum(sides) / len(sides)) and any(sides)
-    assert found["brighter", "other_image"] > 0
-    assert found["forward"].tolist() == [0, 0, 0]
-    turned = [one in ("turn left", "turn right") for one in actions["scripted/oracle", "none"]]
-    assert found["scripted/oracle", "mirror_image"] == pytest.approx(sum(turned) / len(turned)) and any(turned)
-    assert found["scripted/oracle", "blank_image"] == found["scripted/oracle", "other_image"] == 0
+    assert column["brighter", "mirror_image"] == 0
+    assert column["brighter", "blank_image"] == pytest.approx(sum(sides) / len(sides)) and any(sides)
+    assert column["brighter", "other_image"] > 0
+    assert column["forward"].tolist() == [0, 0, 0]
+    turned = [action in ("turn left", "turn right") for action in actions["scripted/oracle", "none"]]
+    assert column["scripted/oracle", "mirror_image"] == pytest.approx(sum(turned) / len(turned)) and any(turned)
+    assert column["scripted/oracle", "blank_image"] == column["scripted/oracle", "other_image"] == 0
     done("bundle", "probed", "probed.tar.zst", cwd=tmp_path)
     done("unbundle", "probed.tar.zst", "again", cwd=tmp_path)
     assert "24 identical" in done("verify", "again", "--workers", "1", *TRUSTED, cwd=tmp_path)

@@ -82,10 +82,10 @@ def test_one_call_a_moment_gives_the_shares_that_repeats_estimate(folder: Path):
 
 
 def test_models_are_as_far_apart_as_their_probabilities_with_a_floor_of_many_answers(folder: Path):
-    found = analyze_probe(SweepFolder.open(folder / "told"), plots=False)
-    row = found.frames["agreement"].iloc[0]
+    probe_analysis = analyze_probe(SweepFolder.open(folder / "told"), plots=False)
+    row = probe_analysis.frames["agreement"].iloc[0]
     assert row["distance"] == pytest.approx(0.5) and 0 < row["floor"] < 0.02 and row["standing_out"] == 1
-    assert set(found.contrasts["out_of_reach"]) == {""}
+    assert set(probe_analysis.contrasts["out_of_reach"]) == {""}
     repeated = analyze_probe(SweepFolder.open(folder / "repeated"), plots=False)
     assert repeated.frames["agreement"].iloc[0]["floor"] > 0.1
 

@@ -56,19 +56,21 @@ def test_a_probe_asks_in_the_moments_as_they_were_recorded(pilot: Path, probed: 
     for run in runs(probed):
         if run.config()["world"]["edit"]["name"] == "none":
             asked = list(zip(lines(run), run.calls(), strict=True))
-            assert len(asked) == REPEATS * sum(len(one) for one in moments.of(run.run.seed).values())
+            assert len(asked) == REPEATS * sum(len(moments) for moments in moments.of(run.run.seed).values())
             for line, call in asked:
                 messages, seed = recorded[line["run"], line["step"], line["agent"], line["kind"]]
                 assert call.messages == messages and (call.seed == seed) == (line["repeat"] == 0)
 
 
 def test_what_the_world_tells_moments_apart_by_stands_beside_every_choice(probed: Path):
-    found = moments_in(probed)
-    assert [set(one) for one in found.strata] == [{"fire", "message", "wall"}] * MOMENTS
+    moments = moments_in(probed)
+    assert [set(one) for one in moments.strata] == [{"fire", "message", "wall"}] * MOMENTS
     frame = table(probed, "moments", model="scripted/herd", edit="none")
     told = {(row["run"], row["step"], row["agent"], row["kind"]): row["fire"] for row in frame.to_dict("records")}
-    by_moment = zip(found.moments, found.strata, strict=True)
-    assert told == {(one.run, one.step, one.agent, one.kind): strata["fire"] for one, strata in by_moment}
+    by_moment = zip(moments.moments, moments.strata, strict=True)
+    assert told == {
+        (moment.run, moment.step, moment.agent, moment.kind): strata["fire"] for moment, strata in by_moment
+    }
     assert set(told.values()) == {True, False}
 
 

@@ -23,8 +23,8 @@ from probing.conftest import MOMENTS, lines, moments, note, noted, runs
 
 @pytest.fixture(scope="module")
 def server(probed: Path) -> Iterator[ViewServer]:
-    with serving(probed) as found:
-        yield found
+    with serving(probed) as view_server:
+        yield view_server
 
 
 def asked(server: ViewServer, address: str) -> Any:
@@ -109,10 +109,10 @@ def test_worlds_that_may_not_be_built_leave_the_replies(probed: Path, monkeypatc
 
 
 def test_a_moment_as_it_was_alone_has_the_answers_without_edits_and_formats(probed: Path):
-    found = SeenProbe(SweepFolder.open(probed))
-    whole, plain = found.seen(0), found.seen(0, plain=True)
-    assert [one.replies for one in plain.answers] == [
-        one.replies for one in whole.answers if (one.edit, one.format) == (0, 0)
+    seen_probe = SeenProbe(SweepFolder.open(probed))
+    whole, plain = seen_probe.seen(0), seen_probe.seen(0, plain=True)
+    assert [answer.replies for answer in plain.answers] == [
+        answer.replies for answer in whole.answers if (answer.edit, answer.format) == (0, 0)
     ]
     assert 0 < len(plain.answers) < len(whole.answers)
     assert plain.perceived == whole.perceived[:1]
@@ -126,7 +126,10 @@ def test_runs_that_are_not_complete_are_told_and_not_counted(probed: Path, tmp_p
     before, after = (SeenProbe(SweepFolder.open(path)).overview() for path in (probed, copied))
     lost = len({(line["run"], line["step"], line["agent"], line["kind"], line["again"]) for line in lines(first)})
     assert (before.missing, after.missing) == (0, 1)
-    assert sum(len(one.answered) for one in before.moments) - sum(len(one.answered) for one in after.moments) == lost
+    assert (
+        sum(len(moment.answered) for moment in before.moments) - sum(len(moment.answered) for moment in after.moments)
+        == lost
+    )
 
 
 def test_replies_are_told_to_be_lost_where_the_log_has_fewer_calls_than_decisions(probed: Path, tmp_path: Path):
@@ -134,17 +137,19 @@ def test_replies_are_told_to_be_lost_where_the_log_has_fewer_calls_than_decision
     shutil.copytree(probed, copied)
     for run in runs(copied):
         (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([*run.calls()][1:]))
-    found = SeenProbe(SweepFolder.open(copied))
-    texts = [reply.text for place in range(MOMENTS) for one in found.seen(place).answers for reply in one.replies]
+    seen_probe = SeenProbe(SweepFolder.open(copied))
+    texts = [
+        reply.text for place in range(MOMENTS) for answer in seen_probe.seen(place).answers for reply in answer.replies
+    ]
     assert 0 < texts.count(None) < len(texts)
 
 
 @pytest.fixture
 def resources(probed: Path, tmp_path: Path) -> Iterator[Resources]:
     """What can be asked of a copy of the probe."""
-    found = Resources(Path(shutil.copytree(probed, tmp_path / "probed")))
-    yield found
-    found.close()
+    resources = Resources(Path(shutil.copytree(probed, tmp_path / "probed")))
+    yield resources
+    resources.close()
 
 
 @pytest.mark.slow

@@ -31,13 +31,15 @@ def world() -> GridScenario:
 @cache
 def asked() -> list[Question]:
     """Return a third of what is asked for actions in an episode in which some step to the right."""
-    running, found = world().start(1), list[Question]()
+    running, questions = world().start(1), list[Question]()
     while not running.finished:
         pending = running.pending()
-        found += [one for one in pending if one.kind == "action"]
+        questions += [question for question in pending if question.kind == "action"]
         step = '{"action": "move", "direction": "right"}'
-        running.advance([Answer(step if one.agent % 2 and one.kind == "action" else "") for one in pending])
-    return found[::3]
+        running.advance(
+            [Answer(step if question.agent % 2 and question.kind == "action" else "") for question in pending]
+        )
+    return questions[::3]
 
 
 def may_do(model: ScriptedModel, question: Question) -> set[str | int | float | None]:
@@ -75,8 +77,8 @@ def test_who_always_goes_left_is_never_right(name: str):
 
 def test_the_fire_moves_who_avoids_it_and_nobody_else():
     edit = find_edit("no_fire", world())
-    known = [one for one in asked() if one.observation["fires"]]
-    assert [one for one in asked() if edit.applied(one) is not None] == known and known
+    known = [question for question in asked() if question.observation["fires"]]
+    assert [question for question in asked() if edit.applied(question) is not None] == known and known
     for question in known:
         edited = edit.applied(question)
         assert edited is not None

@@ -29,7 +29,7 @@ def saved(run: RunFolder) -> dict[str, bytes]:
 
 def redrawn(run: RunFolder, steps: list[int]) -> dict[str, bytes]:
     drawn = pictures([read_recording(run)], steps, workers=1)
-    return {f"step_{one.step:04d}.png": one.png for one in drawn}
+    return {f"step_{picture.step:04d}.png": picture.png for picture in drawn}
 
 
 def pixels(picture: Picture) -> Any:
@@ -46,9 +46,9 @@ def test_a_2d_run_is_redrawn_as_it_was_saved(grid_runs: list[RunFolder]):
 
 @pytest.mark.slow
 def test_a_3d_run_is_redrawn_as_it_was_saved_whether_its_images_were_kept_or_not(camera_runs: list[RunFolder]):
-    kept, unkept = camera_runs
-    assert (kept.path / "images").is_dir() and not (unkept.path / "images").exists()
-    assert redrawn(kept, [0, 1, 2]) == saved(kept)
+    run, unkept = camera_runs
+    assert (run.path / "images").is_dir() and not (unkept.path / "images").exists()
+    assert redrawn(run, [0, 1, 2]) == saved(run)
     assert redrawn(unkept, [0, 1, 2]) == saved(unkept)
 
 
@@ -73,7 +73,9 @@ def test_a_film_of_a_3d_run_says_below_its_pictures_what_was_replied(camera_runs
     recording = read_recording(camera_runs[0])
     told = redrawing_of(recording).told(1)
     assert told == (f"reply (chosen): {msgspec.json.decode(recording.steps.splitlines()[0])['reply']}",)
-    first, second = (Image.open(io.BytesIO(one.png)) for one in pictures([recording], [0, 1], workers=1, film=True))
+    first, second = (
+        Image.open(io.BytesIO(picture.png)) for picture in pictures([recording], [0, 1], workers=1, film=True)
+    )
     assert first.size == second.size
     lower = (0, first.height - band_height(2), first.width, first.height)
     inks = [np.asarray(picture.crop(lower).convert("L")).min() for picture in (first, second)]
@@ -85,7 +87,7 @@ def test_other_processes_draw_the_same_pictures_in_order(grid_runs: list[RunFold
     monkeypatch.setattr(drawing, "CHUNK", 1)
     monkeypatch.setattr(drawing, "ALONE", 0)
     steps = [6, 0]
-    elsewhere = [(one.step, one.png) for one in pictures([read_recording(grid_runs[0])], steps, workers=2)]
+    elsewhere = [(picture.step, picture.png) for picture in pictures([read_recording(grid_runs[0])], steps, workers=2)]
     assert elsewhere == [(step, saved(grid_runs[0])[f"step_{step:04d}.png"]) for step in steps]
 
 

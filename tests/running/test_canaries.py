@@ -54,7 +54,7 @@ def test_a_sweep_asks_its_canary_at_its_start_and_end_and_a_rerun_from_the_cache
     assert begun.signs == ended.signs and begun.verdict is ended.verdict is Verdict.SAME
     assert ended.calls == len(weights.canaries)
     from_cache = canaries(tmp_path / "again")
-    assert [(one.signs, one.calls, one.verdict) for one in from_cache] == [(begun.signs, 0, None)] * 2
+    assert [(canary.signs, canary.calls, canary.verdict) for canary in from_cache] == [(begun.signs, 0, None)] * 2
     succeeds("verify", "first", "--workers=1", cwd=tmp_path)
 
 
@@ -135,7 +135,7 @@ def test_flags_that_move_log_probabilities_are_undecided_and_said_once(tmp_path:
         grown = swept(tmp_path, server, "resume", "sweep", "seed=1")
     assert grown.returncode == 0, grown.stderr
     assert caplog.text.count("differ slightly from those") == 1
-    assert [one.verdict for one in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.UNDECIDED]
+    assert [canary.verdict for canary in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.UNDECIDED]
 
 
 def test_of_two_servers_one_with_other_weights_is_found_at_the_start(tmp_path: Path):
@@ -172,6 +172,6 @@ def test_ollamas_digest_decides_and_its_canary_is_kept_beside_it(tmp_path: Path,
         server.answer = lambda body: "otherwise" if body["messages"][0]["content"] in PROMPTS else grid_answer(body)
         grown = foundry("resume", "sweep", "seed=1", cwd=tmp_path, OLLAMA_HOST=server.url)
     assert grown.returncode == 0 and caplog.text.count("canary other") == 1
-    assert [one.verdict for one in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.OTHER]
+    assert [canary.verdict for canary in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.OTHER]
     verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
     assert verified.returncode == 3 and "changed its weights during the run" in verified.stdout

@@ -224,7 +224,7 @@ def test_the_calls_of_runs_that_were_interrupted_in_their_first_steps_are_counte
         (interrupted.path / "run.json").unlink()
     three = calls_bytes([*itertools.islice(damaged.calls(), 3)])
     damaged.stream_path("calls").write_bytes(three + zstandard.compress(b"not a call\n"))
-    summaries, calls = [one.summary() for one in folder.runs()], 2 * 2 * AGENTS + 3
+    summaries, calls = [run.summary() for run in folder.runs()], 2 * 2 * AGENTS + 3
     (row,) = standings(folder, summaries)
     assert (row.complete, row.waiting, row.calls) == (1, 2, calls)
     assert ran_line(summaries, list(counts_so_far(folder, summaries)), Path("out")).endswith(f", {calls} calls")

@@ -46,7 +46,7 @@ def one_line(done: subprocess.CompletedProcess[str]) -> str:
 
 def errors(folder: Path) -> list[str]:
     summaries = [run.summary() for run in SweepFolder.open(folder).runs()]
-    return [one.error for one in summaries if one is not None and one.error is not None]
+    return [summary.error for summary in summaries if summary is not None and summary.error is not None]
 
 
 def assert_mended(workspace: Path, replaced: Replaced, undisturbed: Path) -> None:

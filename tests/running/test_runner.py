@@ -57,7 +57,7 @@ def test_a_bug_fails_its_run_with_its_traceback_and_the_others_complete(workspac
     failed = summaries[-1]
     assert failed and (failed.error, failed.error_type) == ("a bug", "ZeroDivisionError")
     assert failed.traceback and "policies.py" in failed.traceback
-    assert {one.error for one in failures(summaries)} == {"ZeroDivisionError: a bug"}
+    assert {failure.error for failure in failures(summaries)} == {"ZeroDivisionError: a bug"}
 
 
 def declared(*asked: str) -> Sweep:

@@ -32,7 +32,7 @@ def worker(name: str, workers: int = 2, **settings) -> tuple[Shared, Limit]:
 
 def told(*workers: Shared) -> dict[str, dict]:
     """Return the workers' reports as they come out of their files."""
-    return {f"0-{n}": msgspec.json.decode(msgspec.json.encode(one.report())) for n, one in enumerate(workers)}
+    return {f"0-{n}": msgspec.json.decode(msgspec.json.encode(shared.report())) for n, shared in enumerate(workers)}
 
 
 @given(st.integers(1, 600), st.dictionaries(st.sampled_from("abcdefghi"), st.integers(0, 500), min_size=1))
@@ -47,13 +47,13 @@ def test_a_limit_is_divided_by_what_each_wants_and_nobody_is_left_without(total,
 
 @pytest.mark.parametrize(("in_flight", "parts"), [(0, (4, 4)), (30, (7, 1))])
 def test_each_worker_waits_with_its_part_until_one_leads_and_has_heard_of_it(in_flight, parts):
-    (one, first), (two, second) = worker("0-0"), worker("0-1")
+    (shared, first), (two, second) = worker("0-0"), worker("0-1")
     first.in_flight = in_flight
-    two.exchange(told(one, two))
+    two.exchange(told(shared, two))
     assert (first.allowed, second.allowed, second.is_shared) == (4, 4, True)
-    one.exchange(told(one, two))
-    two.exchange(told(one, two))
-    assert sum(one.report()[key].total for key in one.report()) == 8
+    shared.exchange(told(shared, two))
+    two.exchange(told(shared, two))
+    assert sum(shared.report()[key].total for key in shared.report()) == 8
     assert (first.allowed, second.allowed) == parts and first.is_shared and second.is_shared
 
 
@@ -83,9 +83,9 @@ def test_what_was_refused_while_a_worker_had_not_heard_of_a_lower_limit_does_not
 
 def test_when_the_leader_falls_silent_the_next_one_goes_on_from_its_limit():
     now = [0.0]
-    (one, _), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
-    one.exchange(told(one, two))
-    last = told(one)
+    (shared, _), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
+    shared.exchange(told(shared, two))
+    last = told(shared)
     two.exchange(last)
     assert second.is_shared
     now[0] += SILENT_S
@@ -95,10 +95,10 @@ def test_when_the_leader_falls_silent_the_next_one_goes_on_from_its_limit():
 
 def test_a_worker_that_still_reports_is_not_silent():
     now = [0.0]
-    (one, limit), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
+    (shared, limit), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
     for _ in range(3):
         limit.note_reply(Reply(text=""), 0.0)
-        two.exchange(told(one))
+        two.exchange(told(shared))
         now[0] += SILENT_S
     assert second.is_shared
 

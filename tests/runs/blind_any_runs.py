@@ -40,8 +40,8 @@ def any_run(
         "step": np.array([step for step, _, _ in rows], dtype=np.int64),
         "agent": np.array([agent for _, agent, _ in rows], dtype=np.int64),
         "kind": objects([kind] * size if isinstance(kind, str) else kind),
-        "action": objects(one if isinstance(one, str) else None for one in actions),
-        "number": np.array([np.nan if isinstance(one, str | None) else one for one in actions], dtype=np.float64),
+        "action": objects(action if isinstance(action, str) else None for action in actions),
+        "number": np.array([np.nan if isinstance(did, str | None) else did for did in actions], dtype=np.float64),
         "outcome": np.full(size, OUTCOMES.index(Outcome.CHOSEN)), "utility": np.full(size, np.nan),
         "said": np.full(size, None, dtype=np.object_), "deliveries": np.zeros((0, 3), dtype=np.int64),
         "personas": (*personas, *({} for _ in range(agents - len(personas)))),
@@ -94,8 +94,8 @@ class Crowd:
 
     def _personas(self, stream: Generator) -> list[dict[str, str]]:
         if isinstance(self.groups, int):
-            return [{"role": str(one)} for one in stream.integers(self.groups, size=self.agents)]
-        return [{"role": one} for one in self.groups]
+            return [{"role": str(integer)} for integer in stream.integers(self.groups, size=self.agents)]
+        return [{"role": group} for group in self.groups]
 
 
 CROWDS = {

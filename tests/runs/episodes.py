@@ -60,8 +60,8 @@ SMALL_PICTURES = ("world.camera.width=128", "world.camera.height=96")
 
 def composed(world: str, policy: str, *overrides: str) -> Composed:
     """Return the composed configuration of a shipped world and a scripted policy, the test's own to change."""
-    found = _composed(world, policy, (*(SMALL_PICTURES if world in SCENES else ()), *overrides))
-    return replace(found, conditions=deepcopy(found.conditions))
+    composed = _composed(world, policy, (*(SMALL_PICTURES if world in SCENES else ()), *overrides))
+    return replace(composed, conditions=deepcopy(composed.conditions))
 
 
 @cache
@@ -71,27 +71,27 @@ def _composed(world: str, policy: str, overrides: tuple[str, ...]) -> Composed:
     return found
 
 
-async def play_through(found: Composed, seed: int, kept: Kept, *, frame_every: int = 0) -> None:
-    config = found.conditions[0].config
+async def play_through(composed: Composed, seed: int, cached: Kept, *, frame_every: int = 0) -> None:
+    config = composed.conditions[0].config
     asker = Asker.create(build(config["model"]), prompt_of(config), digest=None, seed=seed)
-    await play(scenario_of(config).start(seed), asker, kept, frame_every=frame_every)
+    await play(scenario_of(config).start(seed), asker, cached, frame_every=frame_every)
 
 
 def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> Kept:
-    kept = Kept()
+    cached = Kept()
     overrides = [] if steps is None else [f"world.steps={steps}"]
-    asyncio.run(play_through(composed(world, policy, *overrides), seed, kept))
-    return kept
+    asyncio.run(play_through(composed(world, policy, *overrides), seed, cached))
+    return cached
 
 
-async def recorded(path: Path, found: Sequence[Composed]) -> SweepFolder:
-    sweep = SweepFolder.create(path, declare(expand([], [one.conditions[0] for one in found])), {}, [])
-    for run, one in zip(sweep.runs(), found, strict=True):
+async def recorded(path: Path, compositions: Sequence[Composed]) -> SweepFolder:
+    sweep = SweepFolder.create(path, declare(expand([], [composed.conditions[0] for composed in compositions])), {}, [])
+    for run, composed in zip(sweep.runs(), compositions, strict=True):
         writer = RunWriter(run, msgspec.json.encode(run.config()).decode())
-        kept = Kept()
-        await play_through(one, run.config()["seed"], kept)
-        writer.append(kept.records)
-        writer.append_calls(kept.calls)
+        cached = Kept()
+        await play_through(composed, run.config()["seed"], cached)
+        writer.append(cached.records)
+        writer.append_calls(cached.calls)
         writer.close()
         write_run_summary(run, summary(run, writer.counts, None))
     return sweep

@@ -43,6 +43,6 @@ def label_all(
 ) -> int:
     """Draw texts and have a person label all of them; returns how many."""
     sample, folder = draw(sweep, label, per_model), LabelFolder.of(sweep, label.name)
-    for one in sample.drawn:
-        folder.add(person, Entry(item=one.item, label=answer(one)))
+    for picture in sample.drawn:
+        folder.add(person, Entry(item=picture.item, label=answer(picture)))
     return len(sample.drawn)

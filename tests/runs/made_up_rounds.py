@@ -74,7 +74,7 @@ class BarPictures(Redrawing):
     """A bar for every agent, in the colour of what it did."""
 
     def __init__(self, steps: Sequence[BarStep], agents: int) -> None:
-        self.done = {(one.step, one.agent): one.action for one in steps if one.kind == GO}
+        self.done = {(step.step, step.agent): step.action for step in steps if step.kind == GO}
         self.agents = agents
 
     def draw(self, step: int) -> bytes:
@@ -160,10 +160,13 @@ class Playing:
         for step in range(first, last + 1):
             for kind in (TALK, GO, PAY):
                 lines = [line(step, agent, kind, **self.change(step, agent, kind)) for agent in range(agents)]
-                self.writer.append_calls([call(one, f"{kind}: {self.reply}") for one in lines])
-                heard = [one for one in lines if one.message is not None]
+                self.writer.append_calls([call(line, f"{kind}: {self.reply}") for line in lines])
+                heard = [line for line in lines if line.message is not None]
                 self.writer.append(
-                    [Message(step=step, sender=one.agent, recipient=0, text=str(one.message)) for one in heard]
+                    [
+                        Message(step=step, sender=bar_step.agent, recipient=0, text=str(bar_step.message))
+                        for bar_step in heard
+                    ]
                 )
                 self.writer.append(lines)
             self.writer.append([Evening(step=step, crowd=step % 4, weather="rain" if step % 3 else "sun")])

@@ -53,7 +53,7 @@ def sweep_in(
         {"world": world, "model": {"name": model}, "prompt": {"name": prompt}, "sampling_seed": None}
         for model in models
     ]
-    conditions = [Condition({"model": one["model"]["name"]}, one, tuple(seeds), declared) for one in configs]
+    conditions = [Condition({"model": config["model"]["name"]}, config, tuple(seeds), declared) for config in configs]
     return SweepFolder.create(path, expand(["-m", f"model={','.join(models)}"], conditions), {}, [])
 
 
@@ -108,9 +108,12 @@ class Playing:
             records = [step(number, agent, **self.change(number, agent)) for agent in range(agents)]
             for kind in ("message", "action"):
                 self.writer.append_calls([call(record, kind, f"{kind}: {self.reply}", self.more) for record in records])
-            heard = [(one, other) for one in records if one.message is not None for other in one.neighbours]
+            heard = [(record, other) for record in records if record.message is not None for other in record.neighbours]
             self.writer.append(
-                [Message(step=number, sender=one.agent, recipient=other, text=str(one.message)) for one, other in heard]
+                [
+                    Message(step=number, sender=step_record.agent, recipient=other, text=str(step_record.message))
+                    for step_record, other in heard
+                ]
             )
             self.writer.append(records)
 

@@ -156,8 +156,8 @@ def movement(run: Plain) -> Measures:
 
 
 def drifts(run: Plain, rows: list[Row]) -> Measures:
-    def drift(distance: Callable[[Row, Cell], float], kept: list[Row]) -> float:
-        return average(distance(row, after(row)) - distance(row, before(row)) for row in kept)
+    def drift(distance: Callable[[Row, Cell], float], rows: list[Row]) -> float:
+        return average(distance(row, after(row)) - distance(row, before(row)) for row in rows)
 
     beyond = beyond_blind(run)
 

@@ -36,7 +36,7 @@ def records(scenario: RoundsScenario, model: Model, seed: int) -> Sequence[Recor
     assert isinstance(placed, ScriptedModel)
 
     def answers(questions: Iterable[Question]) -> list[Answer]:
-        return [Answer(placed.reply(request_of(one, seed)).text) for one in questions]
+        return [Answer(placed.reply(request_of(question, seed)).text) for question in questions]
 
     return play(scenario.start(seed), answers, most=scenario.count_calls() + 1).records
 

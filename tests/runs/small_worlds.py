@@ -58,7 +58,7 @@ def greeted(scenario: Scenario, seed: int = 4) -> list[tuple[Question, str]]:
     """Return the questions and answers of an episode in which agents say hello and go up."""
     world, found = scenario.start(seed), list[tuple[Question, str]]()
     while not world.finished:
-        pairs = [(one, HELLO if one.kind == "message" else UP) for one in world.pending()]
+        pairs = [(question, HELLO if question.kind == "message" else UP) for question in world.pending()]
         found += pairs
         world.advance([Answer(text) for _, text in pairs])
     return found

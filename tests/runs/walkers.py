@@ -67,19 +67,19 @@ def distance(a: Sequence[int], b: Sequence[int]) -> float:
 
 def walk(world: dict[str, Any], seed: int, habits: Habits) -> Walk:
     rng = seeding.stream(seed, "walk")
-    half, found = world["half_size"], Walk()
+    half, walk = world["half_size"], Walk()
     cells = rng.integers(-half, half, size=(world["agents"], 2), endpoint=True).tolist()
     for step in range(1, world["steps"] + 1):
         rows = [_row(world, habits, rng, step, agent, cells) for agent in range(world["agents"])]
-        found.steps += rows
-        found.messages += [
+        walk.steps += rows
+        walk.messages += [
             Message(step=step, sender=row.agent, recipient=other, text=row.message)
             for row in rows
             if row.message is not None
             for other in row.neighbours
         ]
         cells = [[row.x_next, row.y_next] for row in rows]
-    return found
+    return walk
 
 
 def _row(

@@ -110,7 +110,7 @@ class Disturbed:
 def _group(pid: int) -> list[int]:
     """Return the processes of a group that are alive."""
     found = []
-    for entry in (one for one in Path("/proc").iterdir() if one.name.isdigit()):
+    for entry in (path for path in Path("/proc").iterdir() if path.name.isdigit()):
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):
             state, _, group = (entry / "stat").read_text().rpartition(")")[2].split()[:3]
             found += [int(entry.name)] if state != "Z" and int(group) == pid else []
@@ -121,7 +121,8 @@ def endings(folder: Path) -> dict[str, tuple[str | None, str | None]]:
     """Return how every run ended and its cause, without the addresses of servers."""
     summaries = {run.id: run.summary() for run in SweepFolder.open(folder).runs()}
     return {
-        run: (one.status, _ADDRESS.sub("", one.error or "")) if one else (None, None) for run, one in summaries.items()
+        run: (run_summary.status, _ADDRESS.sub("", run_summary.error or "")) if run_summary else (None, None)
+        for run, run_summary in summaries.items()
     }
 
 

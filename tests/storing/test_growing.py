@@ -41,20 +41,20 @@ def sweep(*conditions: Condition) -> Sweep:
 
 
 def refusal(there: Sweep, asked: Sweep) -> str:
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as raised:
         growth(there, asked)
-    return str(told.value)
+    return str(raised.value)
 
 
 def test_seeds_and_models_are_added_behind_what_is_there():
     there = sweep(condition("b"))
     found = growth(there, sweep(condition("a"), condition("b", seeds=(3, 1))))
-    assert [(one.config["model"]["name"], one.seeds) for one in found.sweep.conditions] == [
+    assert [(condition.config["model"]["name"], condition.seeds) for condition in found.sweep.conditions] == [
         ("b", (0, 1, 3)),
         ("a", (0, 1)),
     ]
     assert found.sweep.runs[:2] == there.runs and len(found.new) == 3
-    assert [one.condition for one in found.sweep.runs] == [0, 0, 0, 1, 1]
+    assert [run.condition for run in found.sweep.runs] == [0, 0, 0, 1, 1]
 
 
 def test_runs_that_are_there_keep_the_ids_that_they_were_recorded_with():
@@ -140,8 +140,8 @@ def test_the_file_keeps_what_was_asked_and_when(tmp_path: Path):
     more = expand(["-m", "model=b"], [condition("b"), condition()])
     SweepFolder.create(tmp_path / "s", more, {"view": 1}, [{"name": "b", "digest": "d2", "server_version": None}])
     found = SweepFolder.open(tmp_path / "s")
-    assert [(one.overrides, one.runs) for one in found.sweep.history] == [(("-m",), 2), (("-m", "model=b"), 2)]
-    assert all(one.when and one.when.endswith("+00:00") for one in found.sweep.history)
+    assert [(asked.overrides, asked.runs) for asked in found.sweep.history] == [(("-m",), 2), (("-m", "model=b"), 2)]
+    assert all(asked.when and asked.when.endswith("+00:00") for asked in found.sweep.history)
     assert found.settings == {"view": None}
     assert [model["digest"] for model in found.models] == ["d1", "d2"]
 

@@ -104,7 +104,7 @@ def test_of_a_log_that_was_cut_or_spoiled_the_calls_before_are_read(folder: RunF
         lengths.append(len(found := list(folder.calls())))
         assert found == calls[: len(found)]
     assert lengths == sorted(lengths) and len(set(lengths)) > 10
-    long = [msgspec.structs.replace(one, text=f"{number}, " * 20_000) for number, one in enumerate(calls)]
+    long = [msgspec.structs.replace(call, text=f"{number}, " * 20_000) for number, call in enumerate(calls)]
     path.write_bytes(calls_bytes(long))
     assert list(folder.calls()) == long
     path.write_bytes(calls_bytes([*calls, {"step": 1}]))  # type: ignore[list-item]
@@ -150,7 +150,7 @@ def test_who_sees_that_a_run_was_started_anew_finds_nothing_of_before(
     first = RunWriter(folder, "")
     first.append([step(1, 0)])
     first.append_calls([call(step(1, 0), "action", "go", "")])
-    assert [one.text for one in folder.calls()] == ["go"], "it can be read before the run has ended"
+    assert [call.text for call in folder.calls()] == ["go"], "it can be read before the run has ended"
     first.close()
     found: list[bytes] = []
 
@@ -186,12 +186,12 @@ def test_a_line_that_a_crash_cut_is_told_and_the_next_begins_anew(tmp_path: Path
     add_note(tmp_path, note("a"))
     file = tmp_path / NOTES_FILE
     file.write_bytes(file.read_bytes() + msgspec.json.encode(note("b"))[:40])
-    found = notes_of(tmp_path)
-    assert found.notes == [note("a")] and len(found.unread) == 1
-    assert found.unread[0].startswith("Line 2 of notes.jsonl is left out: ")
+    notes = notes_of(tmp_path)
+    assert notes.notes == [note("a")] and len(notes.unread) == 1
+    assert notes.unread[0].startswith("Line 2 of notes.jsonl is left out: ")
     add_note(tmp_path, note("c"))
-    found = notes_of(tmp_path)
-    assert found.notes == [note("a"), note("c")] and len(found.unread) == 1
+    notes = notes_of(tmp_path)
+    assert notes.notes == [note("a"), note("c")] and len(notes.unread) == 1
 
 
 def test_many_who_write_at_once_lose_nothing(tmp_path: Path):
@@ -200,12 +200,12 @@ def test_many_who_write_at_once_lose_nothing(tmp_path: Path):
             add_note(tmp_path, note(f"{writer}-{number}", "x" * 9000))
 
     writers = [threading.Thread(target=write, args=(writer,)) for writer in range(4)]
-    for one in writers:
-        one.start()
-    for one in writers:
-        one.join()
-    found = notes_of(tmp_path)
-    assert (len(found.notes), found.unread) == (20, [])
+    for writer in writers:
+        writer.start()
+    for writer in writers:
+        writer.join()
+    notes = notes_of(tmp_path)
+    assert (len(notes.notes), notes.unread) == (20, [])
 
 
 def test_nothing_is_noted_where_nobody_did(tmp_path: Path):

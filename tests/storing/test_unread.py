@@ -45,7 +45,7 @@ def check(shown: str, sweep: Path) -> None:
     assert 0.02 < share < 1
     assert f"qwen3:4b: {share:.1%} of 24 replies are unreadable ({lost} contain no decision). Examples:" in shown
     examples = re.findall(r"step \d, agent \d, \w+: .*", shown)
-    assert len(examples) == 3 and all(r"\x1b[2J" in one and one.endswith("…") for one in examples)
+    assert len(examples) == 3 and all(r"\x1b[2J" in example and example.endswith("…") for example in examples)
     assert "\x1b" not in shown and max(map(len, examples)) < 220
 
 

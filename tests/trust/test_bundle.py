@@ -26,7 +26,7 @@ def members(bundle: Path) -> dict[str, bytes]:
     """Return the files of a bundle as the standard library reads them."""
     content = zstandard.ZstdDecompressor().decompressobj().decompress(bundle.read_bytes())
     with tarfile.open(fileobj=io.BytesIO(content)) as archive:
-        return {one.name: archive.extractfile(one).read() for one in archive.getmembers()}  # type: ignore[union-attr]
+        return {getmember.name: archive.extractfile(getmember).read() for getmember in archive.getmembers()}  # type: ignore[union-attr]
 
 
 @pytest.fixture(scope="module")

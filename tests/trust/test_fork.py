@@ -171,8 +171,8 @@ def test_the_command_prints_a_table_or_json(grid_sweep: Path):
     done = succeeds("diff", one, other, cwd=grid_sweep)
     assert "first differing state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
     assert "mean distance" in done.stdout
-    found = msgspec.json.decode(foundry("diff", one, other, "--json", cwd=grid_sweep).stdout)
-    assert found["state"]["field"] == "x" and len(found["drift"]) == 4 and found["drift"][0]["turned"] is None
+    finished = msgspec.json.decode(foundry("diff", one, other, "--json", cwd=grid_sweep).stdout)
+    assert finished["state"]["field"] == "x" and len(finished["drift"]) == 4 and finished["drift"][0]["turned"] is None
 
 
 @pytest.mark.slow

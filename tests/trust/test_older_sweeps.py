@@ -77,7 +77,7 @@ def test_they_say_nothing_of_their_form_and_are_gone_on_with_as_what_they_are(ol
 
 def test_their_runs_are_called_as_they_were_wherever_their_classes_are_now(older: Path):
     sweep = SweepFolder.open(older).sweep
-    moved = [replace(one, config=with_public_names(one.config)) for one in sweep.conditions]
+    moved = [replace(condition, config=with_public_names(condition.config)) for condition in sweep.conditions]
     assert all(now.config["world"] != then.config["world"] for now, then in zip(moved, sweep.conditions, strict=True))
     then, now = (expand(sweep.asked, conditions) for conditions in (sweep.conditions, moved))
     assert then.runs == now.runs and then.definition == now.definition
@@ -89,14 +89,14 @@ def test_every_number_of_their_tables_is_what_it_was(older: Path):
     table = analyze([older], plots=False).runs
     assert len(table) == RUNS[older.name] and table["outcome.readable"].between(0, 1).all()
     for name in TABLES:
-        kept, found = kept_table(older.name, name), pd.read_csv(older / "analysis" / f"{name}.csv")
-        if "measure" in kept:
-            kept = kept[~kept["measure"].isin(REDEFINED)].sort_values("measure", kind="stable", ignore_index=True)
-            found = found[found["measure"].isin(set(kept["measure"]))]
+        frame, found = kept_table(older.name, name), pd.read_csv(older / "analysis" / f"{name}.csv")
+        if "measure" in frame:
+            frame = frame[~frame["measure"].isin(REDEFINED)].sort_values("measure", kind="stable", ignore_index=True)
+            found = found[found["measure"].isin(set(frame["measure"]))]
             found = found.sort_values("measure", kind="stable", ignore_index=True)
-        assert len(found) == len(kept) and set(kept) <= set(found), name
-        for column in [column for column in kept if column not in (*REDEFINED, "note")]:
-            assert alike(found[column], kept[column]), f"{name}: {column}"
+        assert len(found) == len(frame) and set(frame) <= set(found), name
+        for column in [column for column in frame if column not in (*REDEFINED, "note")]:
+            assert alike(found[column], frame[column]), f"{name}: {column}"
 
 
 def kept_table(sweep: str, name: str) -> pd.DataFrame:
@@ -105,11 +105,11 @@ def kept_table(sweep: str, name: str) -> pd.DataFrame:
     Its p had another correction, which so few seeds lack, and messages that nobody hears were a headline.
     """
     with zipfile.ZipFile(DATA / "tables_0_1.zip") as archive:
-        kept = pd.read_csv(io.BytesIO(archive.read(f"{sweep}/{name}.csv")), keep_default_na=True)
+        frame = pd.read_csv(io.BytesIO(archive.read(f"{sweep}/{name}.csv")), keep_default_na=True)
     if name != "contrasts":
-        return kept
-    kept.loc[kept["measure"] == "communication.rate", "headline"] = False
-    return kept.rename(columns={"p_holm": "p_adjusted"})
+        return frame
+    frame.loc[frame["measure"] == "communication.rate", "headline"] = False
+    return frame.rename(columns={"p_holm": "p_adjusted"})
 
 
 def alike(found: pd.Series, kept: pd.Series) -> bool:

@@ -138,9 +138,9 @@ def deep_sweep(base_url: str) -> Sweep:
 
 
 def test_how_a_model_deep_in_another_is_reached_is_changed_and_decides_no_run():
-    one, other = deep_sweep("http://one/v1"), deep_sweep("http://other/v1")
-    assert [run.id for run in one.runs] == [run.id for run in other.runs]
-    moved = with_hosts(one, "http://new/v1", "base_url").conditions[0].config["model"]
+    sweep, other = deep_sweep("http://one/v1"), deep_sweep("http://other/v1")
+    assert [run.id for run in sweep.runs] == [run.id for run in other.runs]
+    moved = with_hosts(sweep, "http://new/v1", "base_url").conditions[0].config["model"]
     assert [part["server"]["base_url"] for part in models_in(moved) if "server" in part] == ["http://new/v1"]
 
 

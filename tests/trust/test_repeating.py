@@ -60,15 +60,15 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
 
     with OllamaServer(Again(2, under_load)) as server:
         done = swept(server, tmp_path, FOUR)
-    (found,) = measured(tmp_path)
-    assert found.exact and found.alone == found.loaded and str(found.loaded.texts) == "4 of 4"
-    said = f"llama3.2: same text in 4 of 4 calls alone, and in 4 of 4 calls with {found.at_once} at once; "
+    (repeats,) = measured(tmp_path)
+    assert repeats.exact and repeats.alone == repeats.loaded and str(repeats.loaded.texts) == "4 of 4"
+    said = f"llama3.2: same text in 4 of 4 calls alone, and in 4 of 4 calls with {repeats.at_once} at once; "
     assert said + "same decision in 2 of 2 calls alone, and in 2 of 2 at once\n" in done.stdout
     assert said in foundry("status", "sweep", cwd=tmp_path).stdout
     succeeds("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path)
     succeeds("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path)
-    assert repeats_of(SweepFolder.open(tmp_path / "theirs")) == (found,)
-    assert server.counts.chats == CALLS + 4 + found.at_once
+    assert repeats_of(SweepFolder.open(tmp_path / "theirs")) == (repeats,)
+    assert server.counts.chats == CALLS + 4 + repeats.at_once
     assert len(busy) == 4 <= max(busy)
 
 
@@ -118,11 +118,11 @@ def test_texts_and_decisions_that_load_changes_are_counted_apart(tmp_path: Path)
     with OllamaServer(Again(2, in_other_words)) as server:
         swept(server, tmp_path, "determinism=20")
         going = {body_key(body): "direction" in grid_answer(body) for body in server.bodies}
-    (found,) = measured(tmp_path)
-    assert found.alone.texts.equal == found.alone.texts.of == 20
-    assert found.loaded.texts.equal == 0 and not found.exact
-    deciding = [call for call in found.calls if call.kind == "action"]
-    assert [call.loaded.alike for call in found.calls if call.kind == "message"] == [None] * (20 - len(deciding))
+    (repeats,) = measured(tmp_path)
+    assert repeats.alone.texts.equal == repeats.alone.texts.of == 20
+    assert repeats.loaded.texts.equal == 0 and not repeats.exact
+    deciding = [call for call in repeats.calls if call.kind == "action"]
+    assert [call.loaded.alike for call in repeats.calls if call.kind == "message"] == [None] * (20 - len(deciding))
     for call in deciding:
         text = msgspec.json.decode(call.loaded.text or "")
         assert call.loaded.alike == ("direction" not in text), "who stayed stays"
@@ -136,9 +136,9 @@ def test_decisions_of_a_probe_are_held_against_those_of_the_same_repeat(tmp_path
     with OllamaServer(Again(2, in_other_words)) as server:
         done = foundry("probe", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
     assert done.returncode == 0, done.stderr
-    (found,) = measured(tmp_path)
-    deciding = [call for call in found.calls if call.kind == "action"]
-    assert found.alone.decisions.equal == found.alone.decisions.of == len(deciding) > 0
+    (repeats,) = measured(tmp_path)
+    deciding = [call for call in repeats.calls if call.kind == "action"]
+    assert repeats.alone.decisions.equal == repeats.alone.decisions.of == len(deciding) > 0
     for call in deciding:
         assert call.loaded.alike == ("direction" not in msgspec.json.decode(call.loaded.text or "")), "who stayed stays"
     assert {call.loaded.alike for call in deciding} == {True, False}
@@ -181,7 +181,16 @@ def test_a_server_that_fails_is_told_in_one_line_and_asked_again_by_resume(
 ):
     with OllamaServer(Again(1, lambda body: refused(400, "not now"))) as server:
         done = swept(server, tmp_path, FOUR)
-        assert len([one for one in caplog.messages if "determinism not measured" in one and "not now" in one]) == 1
+        assert (
+            len(
+                [
+                    message
+                    for message in caplog.messages
+                    if "determinism not measured" in message and "not now" in message
+                ]
+            )
+            == 1
+        )
         assert "llama3.2: determinism not measured: its calls were not repeated\n" in done.stdout
         server.answer = grid_answer
         assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
@@ -208,7 +217,7 @@ def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_i
     with OllamaServer() as server:
         done = swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", heat, "seed=0")
         assert (server.counts.loads, server.counts.unloads) == (4, 3)
-    assert [one.model for one in measured(tmp_path)] == ["llama3.2", "llama3.2", "qwen3:4b", "qwen3:4b"]
+    assert [repeats.model for repeats in measured(tmp_path)] == ["llama3.2", "llama3.2", "qwen3:4b", "qwen3:4b"]
     assert "llama3.2 (options.temperature=0.9): same text in 4 of 4 calls" in done.stdout
 
 
@@ -217,8 +226,8 @@ def test_a_model_in_worlds_with_schemas_of_their_own_is_loaded_once_and_measured
     with OllamaServer() as server:
         swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", "world=bar,public_goods", "world.steps=1", "seed=0")
         assert (server.counts.loads, server.counts.unloads) == (2, 1)
-    assert [one.model for one in measured(tmp_path)] == ["llama3.2", "qwen3:4b"]
-    assert all({call.kind for call in one.calls} == {"evening", "contribution"} for one in measured(tmp_path))
+    assert [repeats.model for repeats in measured(tmp_path)] == ["llama3.2", "qwen3:4b"]
+    assert all({call.kind for call in repeats.calls} == {"evening", "contribution"} for repeats in measured(tmp_path))
 
 
 def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path):

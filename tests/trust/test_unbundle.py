@@ -62,8 +62,8 @@ def refused(tmp_path: Path, content: bytes, limit: int = 1 << 30) -> str:
 def test_what_is_declared_is_unpacked(tmp_path: Path):
     files = [("runs/a/steps.jsonl", b"{}\n"), ("sweep.yaml", b"x" * 1000)]
     unpack_bundle(written(tmp_path / "b", archive(manifest(files), files)), tmp_path / "out")
-    found = {p.relative_to(tmp_path / "out").as_posix() for p in (tmp_path / "out").rglob("*") if p.is_file()}
-    assert found == {"runs/a/steps.jsonl", "sweep.yaml", "manifest.json"}
+    texts = {p.relative_to(tmp_path / "out").as_posix() for p in (tmp_path / "out").rglob("*") if p.is_file()}
+    assert texts == {"runs/a/steps.jsonl", "sweep.yaml", "manifest.json"}
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_names_that_pass_stay_below_the_folder_and_apart(names: list[str]):
     resolved = [Path(f"/sweep/{name}") for name in names]
     assert all(".." not in path.parts and path.is_relative_to(root) and path != root for path in resolved)
     assert len({str(path).casefold() for path in resolved}) == len(names)
-    assert not any(one in other.parents for one in resolved for other in resolved)
+    assert not any(path in other.parents for path in resolved for other in resolved)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)

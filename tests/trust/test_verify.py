@@ -65,7 +65,7 @@ def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path
             "steps.jsonl line 1 (step 1, agent 0, record): y: recorded 99",
         ),
         (
-            recalling(lambda calls: [replace(one, text="no") if one.step == 2 else one for one in calls]),
+            recalling(lambda calls: [replace(call, text="no") if call.step == 2 else call for call in calls]),
             "(step 2, agent ",
         ),
         (spoil_prompt, "line 6 (step 1, agent 1, action): messages[0].content"),

@@ -313,7 +313,7 @@ def test_of_two_calls_of_one_question_in_a_step_the_one_that_failed_is_open(name
     replies: dict[tuple[int, int], list[str]] = {}
     for call in named.calls():
         replies.setdefault((call.step, call.agent), []).append(call.text)
-    (step, agent), texts = next(one for one in replies.items() if len(one[1]) == 2 and len(set(one[1])) == 2)
+    (step, agent), texts = next(reply for reply in replies.items() if len(reply[1]) == 2 and len(set(reply[1])) == 2)
     with serving(named.path.parent.parent) as server:
         viewer_pages.go(page, server.url, f"run/out/{named.id}?step={step}&agent={agent}")
         page.wait_for_selector(".inspector details.call")

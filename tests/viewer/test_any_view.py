@@ -33,9 +33,9 @@ def bar(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
 
 def ask(made: SweepFolder, part: str, trusted: tuple[str, ...] = (), run: RunFolder | None = None) -> Any:
     resources = Resources(made.path, trusted=trusted)
-    found = resources.get(f"run/{made.path.name}/{(run or made.runs()[0]).id}/{part}")
+    resource = resources.get(f"run/{made.path.name}/{(run or made.runs()[0]).id}/{part}")
     resources.close()
-    return msgspec.json.decode(found.content) if found.media_type == "application/json" else found.content
+    return msgspec.json.decode(resource.content) if resource.media_type == "application/json" else resource.content
 
 
 def test_a_page_is_told_the_form_what_the_world_declared_and_its_numbers_as_curves(bar: SweepFolder):
@@ -70,8 +70,8 @@ def test_what_names_something_is_no_curve(tmp_path: Path):
     declared = Declared(form="rounds", streams=keys_of((Visit,)))
     assert declared.streams["visits"] == {"step": "integer", "host": "id", "guest": "id?", "cups": "integer"}
     lines = StepLines(tmp_path / "visits.jsonl")
-    (found,) = curves_of(declared, lines, [OwnStream("visits", (), True, lines)])
-    assert found.keys == ("cups",)
+    (curves,) = curves_of(declared, lines, [OwnStream("visits", (), True, lines)])
+    assert curves.keys == ("cups",)
 
 
 def test_a_step_without_a_value_has_none_and_several_have_their_mean(bar: SweepFolder, tmp_path: Path):
@@ -230,7 +230,7 @@ def test_an_export_draws_what_is_quickly_drawn_and_says_what_it_left(bar: SweepF
     def exported() -> dict[str, Any]:
         view = Resources(bar.path, trusted=TRUSTED).view("bar", bar.runs()[0].id)
         view.steps.grow()
-        return {address: one.content for address, one in view.exports()}
+        return {address: resource.content for address, resource in view.exports()}
 
     whole = exported()
     assert [name for name in whole if name.startswith("picture/")] == [f"picture/{step}" for step in range(STEPS + 1)]
@@ -245,5 +245,5 @@ def test_numbers_by_step_are_means_of_utilities_and_of_what_the_world_writes(bar
     frames, values = ask(bar, "frames/0"), ask(bar, "by_step/0")["values"]
     of_third = [row["utility"] for row in frames["rows"] if row["step"] == 3 and row.get("utility") is not None]
     assert values["utility (mean)"][2] == pytest.approx(sum(of_third) / len(of_third))
-    assert all(len(one) == STEPS for one in values.values())
+    assert all(len(value) == STEPS for value in values.values())
     assert {"crowd", "utility (mean)"} < set(values)

@@ -24,9 +24,9 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
 
 @pytest.fixture
 def view(sweep: SweepFolder) -> GridView:
-    found = GridView(sweep.runs()[0])
-    found.steps.grow()
-    return found
+    grid_view = GridView(sweep.runs()[0])
+    grid_view.steps.grow()
+    return grid_view
 
 
 @pytest.mark.slow

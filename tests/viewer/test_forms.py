@@ -94,7 +94,7 @@ def write_circle(folder: Path, server_part: str = SERVER_PART, page_part: str = 
 )
 def test_a_form_is_shown_by_what_has_its_name_else_by_what_all_share(form: str, view: type, script: str):
     assert view_of(form).run is view
-    assert [one.address for one in scripts_of(form)] == [script]
+    assert [script.address for script in scripts_of(form)] == [script]
 
 
 def test_what_takes_long_is_made_for_the_first_run_of_each_condition_that_has_begun(

@@ -16,47 +16,47 @@ def encoded(rows: list[tuple[int, int]], text: str = "") -> bytes:
 
 def grown(path: Path, content: bytes) -> StepLines:
     path.write_bytes(content)
-    found = StepLines(path)
-    found.grow()
-    return found
+    step_lines = StepLines(path)
+    step_lines.grow()
+    return step_lines
 
 
 def test_the_lines_of_a_range_of_steps_are_found_and_steps_without_any_skipped(tmp_path: Path):
     rows = [(step, agent) for step in range(1, 6) for agent in range(3)]
-    found = grown(tmp_path / "steps.jsonl", encoded(rows))
-    assert found.read(2, 3) == encoded([row for row in rows if row[0] in (2, 3)])
-    assert found.last == (5, 3) and found.in_first == 3
-    found = grown(tmp_path / "messages.jsonl", encoded([(2, 0), (7, 0), (7, 1)]))
-    assert found.read(3, 6) == b""
-    assert found.read(1, 7) == encoded([(2, 0), (7, 0), (7, 1)])
-    found = StepLines(tmp_path / "absent.jsonl")
-    found.grow()
-    assert found.last == (0, 0)
-    assert found.read(1, 5) == b""
+    step_lines = grown(tmp_path / "steps.jsonl", encoded(rows))
+    assert step_lines.read(2, 3) == encoded([row for row in rows if row[0] in (2, 3)])
+    assert step_lines.last == (5, 3) and step_lines.in_first == 3
+    step_lines = grown(tmp_path / "messages.jsonl", encoded([(2, 0), (7, 0), (7, 1)]))
+    assert step_lines.read(3, 6) == b""
+    assert step_lines.read(1, 7) == encoded([(2, 0), (7, 0), (7, 1)])
+    step_lines = StepLines(tmp_path / "absent.jsonl")
+    step_lines.grow()
+    assert step_lines.last == (0, 0)
+    assert step_lines.read(1, 5) == b""
 
 
 def test_few_looks_find_where_steps_of_many_lines_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     looks, look = [], StepLines._step_at
     monkeypatch.setattr(StepLines, "_step_at", lambda *asked: looks.append(asked) or look(*asked))
     rows = [(step, agent) for step in range(1, 5) for agent in range(5000)]
-    found = grown(tmp_path / "steps.jsonl", encoded(rows))
-    assert found.read(3, 3) == encoded(rows[10_000:15_000])
+    step_lines = grown(tmp_path / "steps.jsonl", encoded(rows))
+    assert step_lines.read(3, 3) == encoded(rows[10_000:15_000])
     assert len(looks) < 150
 
 
 def test_a_torn_line_is_not_seen_until_whole_and_a_run_started_anew_is_read_anew(tmp_path: Path):
     path, content = tmp_path / "steps.jsonl", encoded([(1, 0), (1, 1)])
-    found = grown(path, content[:-4])
-    assert found.last == (1, 1)
+    step_lines = grown(path, content[:-4])
+    assert step_lines.last == (1, 1)
     path.write_bytes(content)
-    found.grow()
-    assert found.last == (1, 2)
-    assert found.read(1, 1) == content
+    step_lines.grow()
+    assert step_lines.last == (1, 2)
+    assert step_lines.read(1, 1) == content
     path = tmp_path / "steps.jsonl"
-    found = grown(path, encoded([(1, 0), (2, 0), (3, 0)]))
+    step_lines = grown(path, encoded([(1, 0), (2, 0), (3, 0)]))
     path.write_bytes(encoded([(1, 0)]))
-    found.grow()
-    assert found.last == (1, 1)
+    step_lines.grow()
+    assert step_lines.last == (1, 1)
 
 
 def test_the_lines_of_an_agent_are_found_and_no_text_or_inner_record_looks_like_one():
@@ -74,18 +74,18 @@ def test_lines_are_found_however_the_file_grows(
 ):
     rows = [(step, agent) for step, count in enumerate(counts, 1) for agent in range(count)]
     content, path = encoded(rows), tmp_path_factory.mktemp("grows") / "steps.jsonl"
-    found = StepLines(path)
+    step_lines = StepLines(path)
     for cut in [*sorted(cuts), len(content)]:
         path.write_bytes(content[:cut])
-        found.grow()
+        step_lines.grow()
     for step, count in enumerate(counts, 1):
-        assert found.read(step, step) == encoded([(step, agent) for agent in range(count)])
+        assert step_lines.read(step, step) == encoded([(step, agent) for agent in range(count)])
 
 
 def test_a_line_longer_than_a_block_is_whole(tmp_path: Path):
     content = encoded([(1, 0)], text="x" * (lines.BLOCK + 10)) + encoded([(2, 0)])
-    found = grown(tmp_path / "steps.jsonl", content)
-    assert found.read(1, 2) == content
+    step_lines = grown(tmp_path / "steps.jsonl", content)
+    assert step_lines.read(1, 2) == content
 
 
 @pytest.mark.parametrize(
@@ -104,10 +104,10 @@ def test_lines_without_a_step_and_steps_that_go_back_are_an_error(content: bytes
 
 def test_a_step_that_goes_back_later_is_an_error_and_one_that_goes_on_is_counted(tmp_path: Path):
     path = tmp_path / "steps.jsonl"
-    found = grown(path, encoded([(1, 0), (2, 0)]))
+    step_lines = grown(path, encoded([(1, 0), (2, 0)]))
     path.write_bytes(encoded([(1, 0), (2, 0), (2, 1)]))
-    found.grow()
-    assert found.in_first == 1 and found.last == (2, 2)
+    step_lines.grow()
+    assert step_lines.in_first == 1 and step_lines.last == (2, 2)
     path.write_bytes(encoded([(1, 0), (2, 0), (2, 1), (1, 1)]))
     with pytest.raises(RecordError, match="step 1 comes after step 2"):
-        found.grow()
+        step_lines.grow()

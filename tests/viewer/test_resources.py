@@ -113,7 +113,7 @@ def test_of_many_runs_the_twelve_looked_at_last_are_kept_open(tmp_path: Path):
 
 def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(tmp_path: Path):
     made = sweep(tmp_path / "found")
-    runs, opened = [one.id for one in made.runs()], Resources(made.path)
+    runs, opened = [run.id for run in made.runs()], Resources(made.path)
     address = f"run/found/{runs[1]}"
     assert ask(opened, f"{address}/about")["beside"] == {"seeds": runs[:2], "models": [runs[1], runs[3]]}
     found = ask(opened, f"{address}/analysis")
@@ -148,7 +148,7 @@ def test_frames_tracks_and_marks_hold_what_the_records_say(resources: Resources,
     assert frames["x"][-AGENTS:] == [2] * AGENTS
     agents = ask(resources, f"{run(made_up)}/agents")["agents"]
     assert agents[0]["persona"]["gender"] == "female" and len(agents) == AGENTS
-    assert sum(one["counts"]["messages"] for one in agents) == sum(
+    assert sum(agent["counts"]["messages"] for agent in agents) == sum(
         ask(resources, f"{run(made_up)}/marks/0")["marks"]["said"]
     )
     assert about["outcomes"][frames["outcome"][3 * AGENTS]] == "unreadable"
@@ -166,11 +166,15 @@ def test_frames_tracks_and_marks_hold_what_the_records_say(resources: Resources,
 
 
 def test_a_decision_comes_with_its_prompts_replies_and_what_was_heard(resources: Resources, made_up: SweepFolder):
-    found = ask(resources, f"{run(made_up)}/decisions/0/2")
-    assert [one["step"] for one in found["steps"]] == list(range(1, STEPS + 1))
-    assert [(one["step"], one["kind"]) for one in found["calls"][:3]] == [(1, "message"), (1, "action"), (2, "message")]
-    assert "You are Agent 2" in found["calls"][0]["messages"][0]["content"]
-    assert found["received"] == [[step, 1, f"hello from step {step}"] for step in (2, 4, 6)]
+    finished = ask(resources, f"{run(made_up)}/decisions/0/2")
+    assert [one["step"] for one in finished["steps"]] == list(range(1, STEPS + 1))
+    assert [(one["step"], one["kind"]) for one in finished["calls"][:3]] == [
+        (1, "message"),
+        (1, "action"),
+        (2, "message"),
+    ]
+    assert "You are Agent 2" in finished["calls"][0]["messages"][0]["content"]
+    assert finished["received"] == [[step, 1, f"hello from step {step}"] for step in (2, 4, 6)]
 
 
 def test_a_run_that_recorded_no_personas_has_none(made_up: SweepFolder, tmp_path: Path):

@@ -51,14 +51,14 @@ class ElFarol(RoundsScenario):
         for _ in table.rounds(self.steps):
             shown = [{"crowded": self.crowded, "evenings": list(evenings)} for evenings in known]
             decisions = yield [table.ask(agent, "evening", **shown[agent]) for agent in table.agents]
-            went = sum(one.taken == "go" for one in decisions)
+            went = sum(decision.taken == "go" for decision in decisions)
             at_the_bar = self.fun if went <= self.crowded * self.agents else self.dull
-            for one in decisions:
-                goes = one.taken == "go"
+            for decision in decisions:
+                goes = decision.taken == "go"
                 utility = at_the_bar if goes else self.home
-                table.record(one, utility=utility)
+                table.record(decision, utility=utility)
                 told = went if self.explicit or goes else None
-                known[one.agent].append({"went": told, "action": one.taken, "utility": utility})
+                known[decision.agent].append({"went": told, "action": decision.taken, "utility": utility})
 
 
 class Mixing(ScriptedModel):

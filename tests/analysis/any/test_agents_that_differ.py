@@ -61,7 +61,7 @@ def test_agents_of_two_sorts_differ_by_the_variance_of_their_chances(crowd: Crow
 
 def test_what_goes_with_a_persona_is_the_variance_of_the_chances_between_its_groups():
     groups = ["a", "b", "a2", "b2", "a2"] * 2
-    every = np.array([TWO_SORTS["ab".index(one[0])] for one in groups])
+    every = np.array([TWO_SORTS["ab".index(group[0])] for group in groups])
     crowd = Crowd(shares=every.tolist(), steps=30, agents=10, groups=groups)
     values = found(map(crowd.play, range(40)), persona_effect, "role")["role"]
     assert values.mean() == pytest.approx(between(every) / differing(every), abs=half_width(values))
@@ -113,14 +113,14 @@ UNDEFINED = {
 
 @pytest.mark.parametrize("run", UNDEFINED.values(), ids=UNDEFINED)
 def test_without_any_who_could_differ_lastingly_it_is_undefined(run: AnyRun):
-    found = heterogeneity.measure(run)
-    assert math.isnan(found["beyond_shuffled"]) and math.isnan(found["p"]) and found["n_agents"] == 0
+    measures = heterogeneity.measure(run)
+    assert math.isnan(measures["beyond_shuffled"]) and math.isnan(measures["p"]) and measures["n_agents"] == 0
 
 
 @pytest.mark.parametrize("names", [("a", "a", "a"), ("a", "b", "c")], ids=["one group", "each its own"])
 def test_without_groups_there_is_no_persona_effect(names: tuple[str, ...]):
-    found = persona_effect.measure(acts("gsg", "ggs", personas=roles(*names)))
-    assert math.isnan(found["role"]) and math.isnan(found["p_role"]) and found["n_agents"] == 3
+    measures = persona_effect.measure(acts("gsg", "ggs", personas=roles(*names)))
+    assert math.isnan(measures["role"]) and math.isnan(measures["p_role"]) and measures["n_agents"] == 3
 
 
 def test_agents_without_an_attribute_are_left_out_of_it_and_nobody_with_one_has_none():
@@ -135,9 +135,9 @@ def test_agents_are_held_against_those_alone_who_are_asked_the_same():
     rows = [(t, i, LABELS[i % 2]) for t in (1, 2, 3) for i in range(4)]
     kinds = ["choice", "choice", "judge", "judge"] * 3
     run = any_run(rows, kind=kinds, declared=both, personas=roles("a", "a", "b", "b"))
-    found = heterogeneity.measure(run)
-    assert found["beyond_shuffled"] == pytest.approx(1) and found["p"] == pytest.approx(1 / 4, abs=0.05)
-    assert found["n_agents"] == 4
+    measures = heterogeneity.measure(run)
+    assert measures["beyond_shuffled"] == pytest.approx(1) and measures["p"] == pytest.approx(1 / 4, abs=0.05)
+    assert measures["n_agents"] == 4
     assert math.isnan(persona_effect.measure(run)["role"])  # what is asked goes with the role, and is no effect of it
     steps = [("choice", (0, 0, 1, 1)), ("judge", (0, 1))]
     rows = [(t, i, LABELS[one], kind) for t in (1, 2, 3) for kind, did in steps for i, one in enumerate(did)]
@@ -203,10 +203,10 @@ def test_lasting_differences_are_variance_between_agents_less_that_of_all_shuffl
         variance_between([(by_hand(first, i) + by_hand(last, order[i])) / 2 for i in range(4)])
         for order in permutations(range(4))
     ]
-    found = heterogeneity.measure(acts(*letters))
+    measures = heterogeneity.measure(acts(*letters))
     expected = 2 * (spreads[0] - np.mean(spreads)) / pairs_that_differ([*first, *last])
-    assert found["beyond_shuffled"] == pytest.approx(expected)
-    assert found["p"] == pytest.approx(np.mean(np.array(spreads) >= spreads[0] - 1e-9))
+    assert measures["beyond_shuffled"] == pytest.approx(expected)
+    assert measures["p"] == pytest.approx(np.mean(np.array(spreads) >= spreads[0] - 1e-9))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -221,7 +221,7 @@ def test_a_persona_effect_is_the_spread_of_groups_less_that_of_all_shuffled_ones
         return float(sum(mine[:2].sum(axis=0) ** 2 / 2 + mine[2:].sum(axis=0) ** 2 / 3))
 
     spreads = [between_groups(order) for order in permutations(range(5))]
-    found = persona_effect.measure(acts(*letters, personas=roles(*groups)))
+    measures = persona_effect.measure(acts(*letters, personas=roles(*groups)))
     beyond = (spreads[0] - np.mean(spreads)) / (1 - 1 / 4) / 4
-    assert found["role"] == pytest.approx(beyond / pairs_that_differ(letters))
-    assert found["p_role"] == pytest.approx(np.mean(np.array(spreads) >= spreads[0] - 1e-9))
+    assert measures["role"] == pytest.approx(beyond / pairs_that_differ(letters))
+    assert measures["p_role"] == pytest.approx(np.mean(np.array(spreads) >= spreads[0] - 1e-9))

@@ -19,9 +19,9 @@ LOW = {"go": 0.6, "stay": 0.2, "Go": 0.2}
 def test_measures_are_those_that_are_worked_out_by_hand():
     tells = [told("go", SURE), told("stay", EVEN), told("go", LOW), None]
     run = told_run(any_run(DRAWN), tells, ["go", "wait", "go", None])
-    found = certainty.measure(run)
+    measures = certainty.measure(run)
     bits = [-sum(p * math.log2(p) for p in chances.values()) / math.log2(3) for chances in (SURE, EVEN)]
-    assert found == pytest.approx(
+    assert measures == pytest.approx(
         {
             "probability": (0.9 + 0.25) / 2,
             "entropy": sum(bits) / 2,
@@ -39,9 +39,9 @@ def test_measures_are_those_that_are_worked_out_by_hand():
 
 def test_shares_that_the_settings_of_the_call_do_not_give_are_left_out_and_counted():
     run = told_run(any_run(DRAWN[:1]), [told("go", {"go": 0.7, "stay": 0.3}, temperature=1.5)])
-    found = certainty.measure(run)
-    assert found["probability"] == pytest.approx(0.7) and math.isnan(found["expected_go"])
-    assert (found["n_told"], found["n_expected"]) == (1, 0) and "brier" not in found
+    measures = certainty.measure(run)
+    assert measures["probability"] == pytest.approx(0.7) and math.isnan(measures["expected_go"])
+    assert (measures["n_told"], measures["n_expected"]) == (1, 0) and "brier" not in measures
 
 
 def test_a_run_without_log_probabilities_has_no_such_measure_and_one_that_told_nothing_has_nan():
@@ -62,8 +62,8 @@ def test_expected_shares_estimate_sampled_ones_with_less_noise():
 
 @pytest.mark.parametrize(("temperature", "said"), [(0.5, 1.0), (1.0, 0.5)])
 def test_draws_at_another_temperature_than_the_call_says_are_told(temperature: float, said: float):
-    found = certainty.measure(TellingCrowd(temperature, said).play(0))["beyond_draws"]
-    assert abs(found) > 0.05 and (found > 0) == (temperature < said)
+    measures = certainty.measure(TellingCrowd(temperature, said).play(0))["beyond_draws"]
+    assert abs(measures) > 0.05 and (measures > 0) == (temperature < said)
 
 
 @pytest.fixture(scope="module")

@@ -94,8 +94,8 @@ def test_an_agent_of_no_thinkable_id_in_a_message_or_a_persona_is_an_error(tmp_p
 def test_a_kind_that_nobody_says_is_the_one_that_there_is(tmp_path):
     silent = {key: value for key, value in line(1, 0).items() if key != "kind"}
     streams = {"steps": {key: kind for key, kind in STREAMS["steps"].items() if key != "kind"}}
-    one = Declared(form="ring", actions={"choice": BAR.actions["choice"]}, streams=streams)
-    assert read(tmp_path / "a", silent, declared=one).kind.tolist() == ["choice"]
+    declared = Declared(form="ring", actions={"choice": BAR.actions["choice"]}, streams=streams)
+    assert read(tmp_path / "a", silent, declared=declared).kind.tolist() == ["choice"]
     with pytest.raises(RecordError, match="declares several: choice, bid"):
         read(tmp_path / "b", silent, declared=Declared(form="ring", actions=BAR.actions, streams=streams))
 

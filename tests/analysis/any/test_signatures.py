@@ -21,7 +21,7 @@ BOTH = Declared(form="ring", actions={**CHOICE.actions, "bid": Actions(low=0, hi
 
 
 def with_outcomes(run: AnyRun, *outcomes: Outcome) -> AnyRun:
-    return replace(run, outcome=np.array([OUTCOMES.index(one) for one in outcomes]))
+    return replace(run, outcome=np.array([OUTCOMES.index(outcome) for outcome in outcomes]))
 
 
 def saying(run: AnyRun, said: list[str | None], heard: list[tuple[int, int, int]]) -> AnyRun:
@@ -37,25 +37,25 @@ def undefined(found: dict[str, float]) -> set[str]:
 
 
 def test_actions_are_counted_by_declared_label_and_numbers_have_a_mean_and_a_spread():
-    found = action.measure(any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "stay"), (2, 1, None)]))
-    assert found["share_go"] == 2 / 3 and found["share_stay"] == 1 / 3 and found["share_wait"] == 0
-    assert found["variety"] == pytest.approx(2 / 3)  # two of three pairs
-    assert found["bits"] == pytest.approx(math.log2(3) - 2 / 3)
-    assert found["entropy"] == pytest.approx((math.log2(3) - 2 / 3) / math.log2(3))
-    assert found["n_actions"] == 3
-    found = action.measure(any_run([(1, 0, 1), (1, 1, 2.0), (2, 0, 6)], kind="bid", declared=BID))
-    assert found == {"mean": 3.0, "sd": pytest.approx(math.sqrt(7)), "n_actions": 3.0}
+    measures = action.measure(any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "stay"), (2, 1, None)]))
+    assert measures["share_go"] == 2 / 3 and measures["share_stay"] == 1 / 3 and measures["share_wait"] == 0
+    assert measures["variety"] == pytest.approx(2 / 3)  # two of three pairs
+    assert measures["bits"] == pytest.approx(math.log2(3) - 2 / 3)
+    assert measures["entropy"] == pytest.approx((math.log2(3) - 2 / 3) / math.log2(3))
+    assert measures["n_actions"] == 3
+    measures = action.measure(any_run([(1, 0, 1), (1, 1, 2.0), (2, 0, 6)], kind="bid", declared=BID))
+    assert measures == {"mean": 3.0, "sd": pytest.approx(math.sqrt(7)), "n_actions": 3.0}
     assert undefined(action.measure(any_run([(1, 0, 1)], kind="bid", declared=BID))) == {"sd"}
 
 
 def test_names_of_actions_are_by_kind_and_do_not_depend_on_what_is_decided():
-    found = action.measure(any_run([(1, 0, "go"), (1, 0, 4)], kind=["choice", "bid"], declared=BOTH))
-    assert found["share_choice_go"] == 1 and found["mean_bid"] == 4
-    assert {"variety_choice", "entropy_choice", "n_actions_choice", "n_actions_bid"} <= set(found)
+    measures = action.measure(any_run([(1, 0, "go"), (1, 0, 4)], kind=["choice", "bid"], declared=BOTH))
+    assert measures["share_choice_go"] == 1 and measures["mean_bid"] == 4
+    assert {"variety_choice", "entropy_choice", "n_actions_choice", "n_actions_bid"} <= set(measures)
     assert list(action.measure(any_run([]))) == list(action.measure(any_run([(1, 0, "go")])))
     assert undefined(action.measure(any_run([]))) == set(action.measure(any_run([]))) - {"n_actions"}
-    found = action.measure(any_run([(1, 0, "up"), (2, 0, "down")], declared=Declared(form="any")))
-    assert found["variety"] == 1 and found["bits"] == 1 and undefined(found) == {"entropy"}
+    measures = action.measure(any_run([(1, 0, "up"), (2, 0, "down")], declared=Declared(form="any")))
+    assert measures["variety"] == 1 and measures["bits"] == 1 and undefined(measures) == {"entropy"}
 
 
 def test_idle_is_what_the_world_declares_as_doing_nothing_and_what_was_read():
@@ -72,9 +72,9 @@ def test_idle_is_what_the_world_declares_as_doing_nothing_and_what_was_read():
 
 def test_outcomes_of_actions_and_of_talk_are_told_apart():
     run = any_run([(1, 0, "go"), (1, 0, None), (2, 0, None), (2, 0, None)], kind=["choice", "talk", "choice", "talk"])
-    found = outcome.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.REPAIRED, Outcome.EMPTY, Outcome.FAILED))
-    assert (found["chosen"], found["empty"], found["readable"], found["n_decisions"]) == (0.5, 0.5, 0.5, 2)
-    assert (found["message_repaired"], found["message_failed"], found["message_readable"]) == (0.5, 0.5, 0.5)
+    measures = outcome.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.REPAIRED, Outcome.EMPTY, Outcome.FAILED))
+    assert (measures["chosen"], measures["empty"], measures["readable"], measures["n_decisions"]) == (0.5, 0.5, 0.5, 2)
+    assert (measures["message_repaired"], measures["message_failed"], measures["message_readable"]) == (0.5, 0.5, 0.5)
     silent = replace(run, declared=BID)
     assert not [name for name in outcome.measure(silent) if "message" in name]
 
@@ -94,12 +94,12 @@ def test_pairs_are_of_one_agent_and_one_kind_whatever_lies_between():
         (1, 0, "go"), (1, 1, "stay"), (1, 0, 2), (3, 0, "go"), (3, 1, "go"), (3, 0, 3), (4, 0, "stay"), (4, 0, 3),
     ]  # fmt: skip
     kinds = ["choice", "choice", "bid", "choice", "choice", "bid", "choice", "bid"]
-    found = stability.measure(any_run(rows, kind=kinds, declared=BOTH))
+    measures = stability.measure(any_run(rows, kind=kinds, declared=BOTH))
     # Agent 0: go go stay and 2 3 3; agent 1: stay go.
-    assert found["n_pairs"] == 5 and found["persistence"] == 2 / 5 and found["switching"] == 3 / 5
+    assert measures["n_pairs"] == 5 and measures["persistence"] == 2 / 5 and measures["switching"] == 3 / 5
     # By chance one of three pairs of each of the first two, which have two pairs, and none of the last.
-    assert found["repeats_beyond_chance"] == pytest.approx((2 - 2 / 3 - 2 / 3) / 5)
-    assert found["n_runs"] == 6 and found["run_length"] == 8 / 6
+    assert measures["repeats_beyond_chance"] == pytest.approx((2 - 2 / 3 - 2 / 3) / 5)
+    assert measures["n_runs"] == 6 and measures["run_length"] == 8 / 6
 
 
 def test_pairs_part_where_a_decision_does_not_count_and_without_any_stability_is_undefined():
@@ -107,40 +107,47 @@ def test_pairs_part_where_a_decision_does_not_count_and_without_any_stability_is
     run = with_outcomes(run, Outcome.CHOSEN, Outcome.EMPTY, Outcome.EMPTY, Outcome.CHOSEN, Outcome.CHOSEN)
     assert stability.measure(run)["n_pairs"] == 2 and stability.measure(run.only_readable())["n_pairs"] == 1
     assert stability.measure(run)["repeats_beyond_chance"] == 0
-    found = stability.measure(any_run([(1, 0, "go"), (1, 1, "go")]))
-    assert undefined(found) == {"persistence", "switching", "repeats_beyond_chance"} and found["run_length"] == 1
+    measures = stability.measure(any_run([(1, 0, "go"), (1, 1, "go")]))
+    assert undefined(measures) == {"persistence", "switching", "repeats_beyond_chance"} and measures["run_length"] == 1
     assert undefined(stability.measure(any_run([]))) == {*stability.MEASURES}
 
 
 def test_messages_are_counted_by_agent_and_step():
     run = any_run([(1, 0, "go"), (1, 1, "go"), (1, 1, None), (2, 0, "go"), (2, 1, "go"), (3, 0, "go"), (3, 2, "go")])
     run = saying(run, ["hi", None, "oh", "hi", "no", None, None], [(1, 0, 1), (1, 1, 0), (2, 0, 2), (2, 0, 1)])
-    found = communication.measure(run)
-    assert found["rate"] == 4 / 6 and found["n_decisions"] == 6 and found["n_messages"] == 4
+    measures = communication.measure(run)
+    assert measures["rate"] == 4 / 6 and measures["n_decisions"] == 6 and measures["n_messages"] == 4
     # Agents 0 and 1 at step 2, agent 2 at step 3; agent 1 has no step 3.
-    assert found["reply_rate"] == pytest.approx(2 / 3) and found["n_after_one"] == 3
-    assert found["silent_share"] == pytest.approx(1 / 3) and found["gini"] == pytest.approx(1 / 3)
-    assert found["audience"] == 1 and found["length"] == 2
-    assert found["variety"] == 5 / 6 and found["distinct_share"] == 3 / 4 and found["n_agents"] == 3
+    assert measures["reply_rate"] == pytest.approx(2 / 3) and measures["n_after_one"] == 3
+    assert measures["silent_share"] == pytest.approx(1 / 3) and measures["gini"] == pytest.approx(1 / 3)
+    assert measures["audience"] == 1 and measures["length"] == 2
+    assert measures["variety"] == 5 / 6 and measures["distinct_share"] == 3 / 4 and measures["n_agents"] == 3
 
 
 def test_what_could_not_be_read_says_nothing_and_silence_is_a_rate_of_nothing():
     run = saying(any_run([(1, 0, "go"), (1, 1, "go")]), ["hi", "ho"], [(1, 0, 1), (1, 1, 0)])
-    found = communication.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.FAILED).only_readable())
-    assert (found["n_messages"], found["n_deliveries"], found["n_decisions"], found["n_agents"]) == (1, 1, 1, 1)
-    found = communication.measure(any_run([(1, 0, "go")]))
-    assert found["rate"] == 0 and found["silent_share"] == 1
-    assert undefined(found) == {"reply_rate", "gini", "audience", "length", "variety", "distinct_share"}
+    measures = communication.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.FAILED).only_readable())
+    assert (measures["n_messages"], measures["n_deliveries"], measures["n_decisions"], measures["n_agents"]) == (
+        1,
+        1,
+        1,
+        1,
+    )
+    measures = communication.measure(any_run([(1, 0, "go")]))
+    assert measures["rate"] == 0 and measures["silent_share"] == 1
+    assert undefined(measures) == {"reply_rate", "gini", "audience", "length", "variety", "distinct_share"}
     assert communication.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
 
 
 def test_utility_is_by_agent_and_decision_and_undefined_without_any():
     run = any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "go"), (2, 1, "go"), (2, 2, "go")])
-    found = utility.measure(getting(run, 1, 4, 3, math.nan, 0))
-    assert found["mean"] == 2 and found["spread"] == 2 and found["n_agents"] == 3 and found["n_decisions"] == 4
-    assert found["gini"] == pytest.approx(16 / (2 * 9 * 2))  # of 2, 4 and 0
-    found = utility.measure(any_run([(1, 0, "go")]))
-    assert undefined(found) == {*utility.MEASURES} and found["n_agents"] == 0
+    measures = utility.measure(getting(run, 1, 4, 3, math.nan, 0))
+    assert (
+        measures["mean"] == 2 and measures["spread"] == 2 and measures["n_agents"] == 3 and measures["n_decisions"] == 4
+    )
+    assert measures["gini"] == pytest.approx(16 / (2 * 9 * 2))  # of 2, 4 and 0
+    measures = utility.measure(any_run([(1, 0, "go")]))
+    assert undefined(measures) == {*utility.MEASURES} and measures["n_agents"] == 0
     assert utility.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
     assert undefined(utility.measure(getting(any_run([(1, 0, "go"), (1, 1, "go")]), 0, 0))) == {
         "gini",

@@ -48,8 +48,8 @@ def test_likeness_counts_only_where_the_agent_arrived(camera):
 def test_worlds_that_tell_no_way_have_no_such_columns_and_no_decision_walks_no_leg(camera):
     run = camera(3).run
     assert not any(name.startswith("follow.") for name in signatures.measure(run))
-    told = signatures.measure(dataclasses.replace(run, facts={"legs": LEGS}, world={"grain": "medium"}))
-    assert {"follow.sdtw", "follow.legs", "follow.n_legs"} <= told.keys()
+    measures = signatures.measure(dataclasses.replace(run, facts={"legs": LEGS}, world={"grain": "medium"}))
+    assert {"follow.sdtw", "follow.legs", "follow.n_legs"} <= measures.keys()
     run = dataclasses.replace(run.only_readable(), facts={"legs": LEGS}, outcome=np.full(run.decisions, len(OUTCOMES)))
     assert not run.counted.any() and math.isnan(follow.measure(run)["legs"])
 
@@ -71,15 +71,15 @@ ANSWERS = (
 
 def test_what_is_right_is_counted_beyond_chance_and_what_could_not_be_read_is_wrong_or_left_out(camera):
     run = dataclasses.replace(camera(3).run, answers=ANSWERS, world=WORLD)
-    found = map_probe.measure(run)
-    assert found["accuracy"] == pytest.approx(2 / 3) and found["chance"] == pytest.approx(5 / 12)
-    assert found["above_chance"] == pytest.approx(1 / 4)
-    assert (found["accuracy_nearer"], found["accuracy_side"], found["chance_count"]) == (1, 0, 0.25)
-    assert (found["distance_error"], found["distance_relative"]) == (1.5, 0.5)
-    assert (found["n_questions"], found["n_distances"]) == (3, 1)
+    measures = map_probe.measure(run)
+    assert measures["accuracy"] == pytest.approx(2 / 3) and measures["chance"] == pytest.approx(5 / 12)
+    assert measures["above_chance"] == pytest.approx(1 / 4)
+    assert (measures["accuracy_nearer"], measures["accuracy_side"], measures["chance_count"]) == (1, 0, 0.25)
+    assert (measures["distance_error"], measures["distance_relative"]) == (1.5, 0.5)
+    assert (measures["n_questions"], measures["n_distances"]) == (3, 1)
     run = dataclasses.replace(camera(3).run, answers=ANSWERS, world=WORLD)
-    found = map_probe.measure(run.only_readable())
-    assert found["accuracy"] == 1 and math.isnan(found["accuracy_side"]) and found["n_questions"] == 2
+    measures = map_probe.measure(run.only_readable())
+    assert measures["accuracy"] == 1 and math.isnan(measures["accuracy_side"]) and measures["n_questions"] == 2
     silent = (answer("distance", None, 4.5, scale=3.0),)
     assert math.isnan(map_probe.measure(dataclasses.replace(run, answers=silent))["distance_error"])
     assert not run.all_readable
@@ -98,7 +98,7 @@ def test_what_is_right_is_counted_beyond_chance_and_what_could_not_be_read_is_wr
 )
 def test_a_millimetre_is_the_least_that_counts(distances: list[float], wrong: list[bool], recovered: list[bool]):
     assert wrong_steps(np.array(distances)).tolist() == wrong
-    assert [one.recovered for one in find_detours(np.array(distances))] == recovered
+    assert [detour.recovered for detour in find_detours(np.array(distances))] == recovered
 
 
 def test_without_steps_there_is_no_detour_and_without_a_way_one_point():

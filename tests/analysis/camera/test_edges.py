@@ -26,34 +26,36 @@ def defined(found: dict[str, float], signature: str) -> set[str]:
 
 
 def test_without_a_target_nothing_about_one_is_defined(camera):
-    found = signatures.measure(camera(1, target="", radius=0.0, shortest_path=[], shortest_m=None).run)
+    measures = signatures.measure(camera(1, target="", radius=0.0, shortest_path=[], shortest_m=None).run)
     things = {"chair_i", "chair_s", "mentions", "n_mentions", "n_things"}
     views = {"view_change", "same_view_change", "view_effect"}
     for signature in ("path_efficiency", "recognition", "recovery", "viewpoint"):
-        rest = {name.removesuffix("_readable") for name in defined(found, signature)} - things - views
+        rest = {name.removesuffix("_readable") for name in defined(measures, signature)} - things - views
         assert all(name.startswith(("n_", "object_")) for name in rest)
-    assert found["path_efficiency.n_episodes"] == found["recognition.n_claims"] == found["recovery.n_steps"] == 0
-    assert found["collision.rate"] > 0
+    assert (
+        measures["path_efficiency.n_episodes"] == measures["recognition.n_claims"] == measures["recovery.n_steps"] == 0
+    )
+    assert measures["collision.rate"] > 0
 
 
 def test_where_nothing_is_labelled_nothing_about_things_is_defined(camera):
     run = camera(1).run
     bare = dataclasses.replace(run, visible_px=({},) * run.decisions)
-    found = recognition.measure(bare)
+    measures = recognition.measure(bare)
     about_things = {"chair_i", "chair_s", "mentions", "object_precision", "object_recall", "object_f1"}
-    assert all(math.isnan(found[name]) for name in about_things)
-    assert found["n_mentions"] == found["n_things"] == 0
-    assert not math.isnan(found["precision"])
+    assert all(math.isnan(measures[name]) for name in about_things)
+    assert measures["n_mentions"] == measures["n_things"] == 0
+    assert not math.isnan(measures["precision"])
 
 
 def test_without_a_way_or_with_one_of_no_length_there_is_no_path_efficiency(camera):
-    found = signatures.measure(camera(2, shortest_path=[], shortest_m=None, stop=True).run)
-    assert undefined(found, "path_efficiency") >= {"spl", "soft_spl", "ndtw", "shortest"}
-    assert found["path_efficiency.success"] == 1
-    assert "detour_cost" in undefined(found, "recovery")
-    found = signatures.measure(camera(2, shortest_path=[(0.0, 0.0, 0.0)], shortest_m=0.0, stop=True).run)
-    assert undefined(found, "path_efficiency") >= {"spl", "soft_spl"}
-    assert found["path_efficiency.ndtw"] >= 0
+    measures = signatures.measure(camera(2, shortest_path=[], shortest_m=None, stop=True).run)
+    assert undefined(measures, "path_efficiency") >= {"spl", "soft_spl", "ndtw", "shortest"}
+    assert measures["path_efficiency.success"] == 1
+    assert "detour_cost" in undefined(measures, "recovery")
+    measures = signatures.measure(camera(2, shortest_path=[(0.0, 0.0, 0.0)], shortest_m=0.0, stop=True).run)
+    assert undefined(measures, "path_efficiency") >= {"spl", "soft_spl"}
+    assert measures["path_efficiency.ndtw"] >= 0
 
 
 def test_reaching_the_goal_without_staying_is_no_success(camera):
@@ -64,9 +66,9 @@ def test_reaching_the_goal_without_staying_is_no_success(camera):
     (recorded.folder.path / "run.json").unlink()
     changed = tail.replace('"stay":true', '"stay":false')
     (recorded.folder.path / "steps.jsonl").write_text(f"{head}\n{changed}\n", encoding="utf-8")
-    found = signatures.measure(recorded.run)
-    assert (found["path_efficiency.success"], found["path_efficiency.reached"]) == (0, 1)
-    assert found["path_efficiency.spl"] == 0
+    measures = signatures.measure(recorded.run)
+    assert (measures["path_efficiency.success"], measures["path_efficiency.reached"]) == (0, 1)
+    assert measures["path_efficiency.spl"] == 0
 
 
 @pytest.mark.parametrize(
@@ -74,16 +76,16 @@ def test_reaching_the_goal_without_staying_is_no_success(camera):
     ["collision", "gaze", "path_efficiency", "recognition", "recovery", "stability", "turning", "viewpoint"],
 )
 def test_without_decisions_everything_but_counts_is_missing(camera, signature):
-    found = signatures.measure(camera(0, 0).run)
+    measures = signatures.measure(camera(0, 0).run)
     facts = {"path_length", "shortest", "ndtw", "distance_to_goal", "n_episodes"}
-    known = {name.removesuffix("_readable") for name in defined(found, signature)} - facts
-    assert all(found[f"{signature}.{name}"] == 0 for name in known)
+    known = {name.removesuffix("_readable") for name in defined(measures, signature)} - facts
+    assert all(measures[f"{signature}.{name}"] == 0 for name in known)
     assert all(name.startswith("n_") for name in known)
 
 
 def test_one_decision_has_no_pairs_and_silence_nothing_to_label(camera):
-    found = signatures.measure(camera(4, 1).run)
-    assert {"persistence", "kappa", "conditional_entropy", "reversal_rate"} <= undefined(found, "stability")
+    measures = signatures.measure(camera(4, 1).run)
+    assert {"persistence", "kappa", "conditional_entropy", "reversal_rate"} <= undefined(measures, "stability")
     run = camera(0).run
     judge = Labelling("judge", "1", agreement([None] * len(hand_labelled())), {})
     assert form_of("camera").labelled(run, judge) is run
@@ -122,17 +124,17 @@ def without_unreadable(run: CameraRun) -> CameraRun:
 def test_what_could_not_be_read_is_as_if_it_had_not_been_decided(name, camera):
     run = with_known_distances(camera(7, 60, stop=True).run)
     assert 0 < run.readable.sum() < run.decisions
-    signature = next(one for one in signatures.discover() if one.name == name)
-    found = signature.measure(run.only_readable())
-    assert found == pytest.approx(signature.measure(without_unreadable(run)), nan_ok=True)
+    signature = next(signature for signature in signatures.discover() if signature.name == name)
+    measures = signature.measure(run.only_readable())
+    assert measures == pytest.approx(signature.measure(without_unreadable(run)), nan_ok=True)
 
 
 def test_of_pairs_in_a_row_both_must_be_readable(camera):
     run = camera(7, 60).run
-    stability = next(one for one in signatures.discover() if one.name == "stability")
-    found = stability.measure(run.only_readable())
-    assert found["n_pairs"] == (run.readable[1:] & run.readable[:-1]).sum()
-    assert found["run_length"] * found["n_runs"] == pytest.approx(run.readable.sum())
+    stability = next(signature for signature in signatures.discover() if signature.name == "stability")
+    measures = stability.measure(run.only_readable())
+    assert measures["n_pairs"] == (run.readable[1:] & run.readable[:-1]).sum()
+    assert measures["run_length"] * measures["n_runs"] == pytest.approx(run.readable.sum())
     alternating = dataclasses.replace(run, outcome=np.where(np.arange(60) % 2, run.outcome.max(), 0))
     assert not alternating.readable.all()
     assert math.isnan(stability.measure(alternating.only_readable())["persistence"])
@@ -164,7 +166,7 @@ def test_people_correct_shares_of_replies_and_no_measure_with_claims_in_its_deno
     assert corrected(set(), 1.0) == pytest.approx({name: alone[name] for name in every})
     halves = [corrected({step for step in told if step % 2 == half}, 2.0)["claim_rate"] for half in (0, 1)]
     assert np.mean(halves) == pytest.approx(every["claim_rate"])
-    signature = next(one for one in signatures.discover() if one.name == "recognition")
+    signature = next(signature for signature in signatures.discover() if signature.name == "recognition")
     assert signature.describe("recall_uncorrected").label.endswith(", without people's labels")
     corrections = {"sight_claim": by_people(told, 1.0)}
     measures = signatures.measure(run)

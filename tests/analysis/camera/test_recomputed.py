@@ -311,7 +311,9 @@ BY_HAND = {"follow", "map_probe"}
 
 
 def test_every_signature_of_3d_runs_is_recomputed():
-    own = {one.name for one in signatures.discover() if any(part.run is CameraRun for part in one.parts)}
+    own = {
+        signature.name for signature in signatures.discover() if any(part.run is CameraRun for part in signature.parts)
+    }
     assert {*RECOMPUTED, *BY_HAND} == own
 
 
@@ -320,6 +322,6 @@ def test_every_signature_of_3d_runs_is_recomputed():
 def test_a_signature_agrees_with_plain_loops(signature, seed, camera, claims):
     recorded = camera(seed, (30, 50, 12, 80)[seed], stop=seed % 2 == 0)
     expected = dict(RECOMPUTED[signature.name](Plain(recorded.folder, claims)))
-    found = signature.measure(recorded.run)
-    assert set(found) == set(expected)
-    assert found == pytest.approx(expected, abs=1e-9, rel=1e-9, nan_ok=True)
+    measures = signature.measure(recorded.run)
+    assert set(measures) == set(expected)
+    assert measures == pytest.approx(expected, abs=1e-9, rel=1e-9, nan_ok=True)

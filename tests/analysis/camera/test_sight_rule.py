@@ -74,10 +74,10 @@ def test_each_thing_counts_once_a_reply_and_against_what_is_in_view(camera):
     replies = run.replies.copy()
     replies[:] = ["I see a door. The door is visible.", "I see a window and a door.", ""]
     pixels = ({"exit door": 400, "plant": 19}, {"exit door": 10, "plant": 400}, {"plant": 400})
-    found = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=pixels))
-    assert (found["n_mentions"], found["n_things"], found["mentions"]) == (3, 2, 1.5)
-    assert found["chair_i"] == pytest.approx(2 / 3)
-    assert (found["chair_s"], found["object_recall"], found["object_f1"]) == (0.5, 0.5, pytest.approx(2 / 5))
+    measures = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=pixels))
+    assert (measures["n_mentions"], measures["n_things"], measures["mentions"]) == (3, 2, 1.5)
+    assert measures["chair_i"] == pytest.approx(2 / 3)
+    assert (measures["chair_s"], measures["object_recall"], measures["object_f1"]) == (0.5, 0.5, pytest.approx(2 / 5))
 
 
 def test_an_ambiguous_name_counts_where_the_scene_has_such_a_thing(camera):
@@ -94,9 +94,9 @@ def test_a_reply_in_another_language_counts_neither_as_a_claim_nor_as_none(camer
     replies = run.replies.copy()
     replies[:] = ["I see a door and the JAXA logo.", "Je vois le logo JAXA et une porte.", "Turn left."]
     pixels = ({"door": 400}, {"door": 400, "plant": 400}, {"door": 400})
-    found = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=pixels))
-    assert (found["n_claims"], found["n_replies"], found["n_unlabelled"]) == (1, 2, 1)
-    assert (found["claim_rate"], found["n_things"], found["object_recall"]) == (0.5, 2, 0.5)
+    measures = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=pixels))
+    assert (measures["n_claims"], measures["n_replies"], measures["n_unlabelled"]) == (1, 2, 1)
+    assert (measures["claim_rate"], measures["n_things"], measures["object_recall"]) == (0.5, 2, 0.5)
 
 
 def test_a_note_says_how_many_replies_have_no_label(camera_sweep):

@@ -77,9 +77,14 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     assert found.runs["path_efficiency.spl"].isna().tolist()[1:3] == [True, True]
     assert found.runs["path_efficiency.spl"][0] > 0
     names = {measure.partition(".")[0] for measure in shown_measures(found.compared)}
-    parts = [(one.name, part) for one in signatures.discover() for part in one.parts if part.run is CameraRun]
+    parts = [
+        (signature.name, part)
+        for signature in signatures.discover()
+        for part in signature.parts
+        if part.run is CameraRun
+    ]
     own = {name for name, part in parts if part.applies(arrays)}
-    assert own < names <= {one.name for one in signatures.discover() if one.part(CameraRun)}
+    assert own < names <= {signature.name for signature in signatures.discover() if signature.part(CameraRun)}
     assert not (found.path / "plots").exists()
     steps = pd.read_parquet(found.path / "steps.parquet")
     assert len(steps) == 4 * 20

@@ -49,22 +49,24 @@ def test_times_choices_and_ways_of_three_agents():
         steps=5,
         leaders=Leaders(1),
     )
-    found = evacuation.measure(run)
-    assert found["out"] == pytest.approx(2 / 3) and found["lost"] == 0
-    assert found["time_50"] == 4 and math.isnan(found["time_90"])
-    assert (found["lower_bound_50"], found["lower_bound"]) == (2, 2), "1, 2 and 2 moves to two exits of one a step"
-    assert found["over_bound_50"] == 2
-    assert (found["share_left"], found["share_right"]) == (0.5, 0.5)
-    assert found["nearest"] == 0.5 and found["with_leaders"] == 0
-    assert found["herding"] == -1, "both had the left one nearest, and left by two"
-    assert found["path_efficiency"] == 1
-    assert (found["n_out"], found["n_leaders_out"]) == (2, 1)
+    measures = evacuation.measure(run)
+    assert measures["out"] == pytest.approx(2 / 3) and measures["lost"] == 0
+    assert measures["time_50"] == 4 and math.isnan(measures["time_90"])
+    assert (measures["lower_bound_50"], measures["lower_bound"]) == (2, 2), (
+        "1, 2 and 2 moves to two exits of one a step"
+    )
+    assert measures["over_bound_50"] == 2
+    assert (measures["share_left"], measures["share_right"]) == (0.5, 0.5)
+    assert measures["nearest"] == 0.5 and measures["with_leaders"] == 0
+    assert measures["herding"] == -1, "both had the left one nearest, and left by two"
+    assert measures["path_efficiency"] == 1
+    assert (measures["n_out"], measures["n_leaders_out"]) == (2, 1)
 
 
 def test_waiting_ways_and_warnings_count_as_worked_by_hand():
     run = leaving([[(0, 0), (0, 0), (1, 0), (1, 0), (2, 0)]], steps=4)
-    found = evacuation.measure(run)
-    assert (found["path_efficiency"], found["path_efficiency_moving"]) == (0.5, 1)
+    measures = evacuation.measure(run)
+    assert (measures["path_efficiency"], measures["path_efficiency_moving"]) == (0.5, 1)
     run = leaving([[(0, 0)]], steps=1, walls=(((-1, -1), (-1, 2)),))
     steps = exit_steps(run.world)
     assert steps[0, 2, 2] == 6, "down, round the wall, and up again"
@@ -73,11 +75,11 @@ def test_waiting_ways_and_warnings_count_as_worked_by_hand():
     said[:, 0] = "Fire! There is a fire, get out!"
     deliveries = np.array([(1, 0, 1), (2, 0, 1)])
     run = leaving([[(0, 0)], [(0, 0), (1, 0), (2, 0)]], steps=2, run={"said": said, "deliveries": deliveries})
-    found = evacuation.measure(run)
-    assert (found["warned"], found["warnings_heard"]) == (1, 1)
-    found = evacuation.measure(leaving([[(0, 0)], [(0, 1)]], steps=2))
-    missing = {name for name, value in found.items() if math.isnan(value)}
-    assert found["out"] == 0 and {"time_50", "time_90", "nearest", "path_efficiency", "share_left"} <= missing
+    measures = evacuation.measure(run)
+    assert (measures["warned"], measures["warnings_heard"]) == (1, 1)
+    measures = evacuation.measure(leaving([[(0, 0)], [(0, 1)]], steps=2))
+    missing = {name for name, value in measures.items() if math.isnan(value)}
+    assert measures["out"] == 0 and {"time_50", "time_90", "nearest", "path_efficiency", "share_left"} <= missing
 
 
 def exact_steps(distances: list[list[int]], capacities: list[int | None]) -> list[int]:
@@ -101,28 +103,38 @@ def test_the_plan_is_an_exact_assignment_from_many_random_starts():
         agents, exits = rng.integers(1, 10), rng.integers(1, 4)
         distances = rng.choice([*range(1, 9), FAR], size=(agents, exits)).tolist()
         capacities = [(1, 2, None)[index] for index in rng.integers(0, 3, size=exits)]
-        steps = sorted(one.step for one in soonest_departures(distances, capacities) if one is not None)
+        steps = sorted(
+            departure.step for departure in soonest_departures(distances, capacities) if departure is not None
+        )
         assert steps == exact_steps(distances, capacities), (distances, capacities)
 
 
 def test_the_oracle_meets_the_bound_where_nobody_is_in_its_way(tmp_path: Path):
     alone = ("world.cell_capacity=null", "world.agents=6")
     run = whole_run(tmp_path / "sweep", "evacuation_corridor", "shortest_path", *alone, seed=0)
-    found = evacuation.measure(run)
-    assert found["over_bound"] == found["over_bound_50"] == 1 and found["path_efficiency_moving"] == 1
+    measures = evacuation.measure(run)
+    assert measures["over_bound"] == measures["over_bound_50"] == 1 and measures["path_efficiency_moving"] == 1
 
 
 def test_signatures_count_no_agent_that_is_not_there(tmp_path: Path):
     run = whole_run(tmp_path / "sweep", "evacuation", "shortest_path", "world.steps=12", "world.agents=10", seed=0)
     assert not run.there.all()
-    found = signatures.measure(run)
+    measures = signatures.measure(run)
     asked = int(run.there.sum())
-    assert found["idle_rate.n_decisions"] == found["outcome.n_decisions"] == found["movement.n_decisions"] == asked
-    assert math.isnan(found["clustering.nni"]) and 0 < found["clustering.largest_group"] <= 1
-    assert math.isnan(found["exploration.walker_ratio"]) and found["exploration.n_cells"] == run.world.cells < 17 * 17
-    assert not any(name.startswith("hazard.") for name in found), "its fire spreads"
+    assert (
+        measures["idle_rate.n_decisions"]
+        == measures["outcome.n_decisions"]
+        == measures["movement.n_decisions"]
+        == asked
+    )
+    assert math.isnan(measures["clustering.nni"]) and 0 < measures["clustering.largest_group"] <= 1
+    assert (
+        math.isnan(measures["exploration.walker_ratio"])
+        and measures["exploration.n_cells"] == run.world.cells < 17 * 17
+    )
+    assert not any(name.startswith("hazard.") for name in measures), "its fire spreads"
     assert run.choice[~run.there].max() == 0 and not run.moved[~run.there].any()
-    doors = {cell for one in run.world.exits for cell in one.cells}
+    doors = {cell for exit_zone in run.world.exits for cell in exit_zone.cells}
     gone = np.flatnonzero((run.left != NO_EXIT).any(axis=0))
     assert len(gone) and all((run.x[-1, agent], run.y[-1, agent]) in doors for agent in gone), (
         "where it left, it is kept"
@@ -132,7 +144,7 @@ def test_signatures_count_no_agent_that_is_not_there(tmp_path: Path):
 def test_signatures_of_an_open_grid_are_what_they_were():
     run = grid_run([[(0, 0), (1, 0), (2, 0)], [(5, 5), (5, 6), (5, 7)]])
     full = replace(run, present=np.ones((2, 2), dtype=np.bool_))
-    for one in (clustering, exploration):
-        assert one.measure(full) == pytest.approx(one.measure(run), nan_ok=True)
+    for module in (clustering, exploration):
+        assert module.measure(full) == pytest.approx(module.measure(run), nan_ok=True)
     assert hazard.applies(run) and not evacuation.applies(run)
     assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))

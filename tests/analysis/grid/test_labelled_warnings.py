@@ -29,18 +29,18 @@ def test_labels_decide_what_is_a_warning_and_the_rules_change_nothing(recorded):
 def test_a_text_without_a_label_is_never_taken_for_harmless(recorded):
     run = recorded(seed=3).run
     unknown = {text: label for text, label in RULE.items() if text != "there is smoke"}
-    found = warning.measure(dataclasses.replace(run, labels=unknown))
+    measures = warning.measure(dataclasses.replace(run, labels=unknown))
     low = warning.measure(dataclasses.replace(run, labels=unknown | {"there is smoke": False}))
     high = warning.measure(dataclasses.replace(run, labels=RULE))
-    assert found["n_unlabelled"] == sum(text == "there is smoke" for text in run.said.ravel()) > 0
-    assert found["n_messages"] == high["n_messages"]
+    assert measures["n_unlabelled"] == sum(text == "there is smoke" for text in run.said.ravel()) > 0
+    assert measures["n_messages"] == high["n_messages"]
     about_reach = {"social_reach", "traced_reach", "relay_probability", "reproduction", "depth", "rmst", "n_told"}
     changed = {name for name in about_reach if low[name] != high[name]}
     assert changed
-    assert {name for name in about_reach if math.isnan(found[name])} == changed
-    assert found["oracle_reach"] == high["oracle_reach"]
+    assert {name for name in about_reach if math.isnan(measures[name])} == changed
+    assert measures["oracle_reach"] == high["oracle_reach"]
     labelled = [text for text in run.said[run.spoke] if text != "there is smoke"]
-    assert found["warning_share"] == pytest.approx(sum(RULE[text] for text in labelled) / len(labelled))
+    assert measures["warning_share"] == pytest.approx(sum(RULE[text] for text in labelled) / len(labelled))
 
 
 def test_messages_that_could_not_be_read_count_as_not_said(recorded):
@@ -49,11 +49,11 @@ def test_messages_that_could_not_be_read_count_as_not_said(recorded):
     said[~run.message_readable] = None
     heard = run.message_readable[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]
     silent = dataclasses.replace(run, said=said, deliveries=run.deliveries[heard])
-    found, expected = warning.measure(run.only_readable()), warning.measure(silent)
-    assert found["n_messages"] < warning.measure(run)["n_messages"]
+    measures, expected = warning.measure(run.only_readable()), warning.measure(silent)
+    assert measures["n_messages"] < warning.measure(run)["n_messages"]
     relays = {"relay_probability", "relay_above_chance", "n_chances"}
-    kept = set(found) - relays
-    assert same({name: found[name] for name in kept}, {name: expected[name] for name in kept})
+    kept = set(measures) - relays
+    assert same({name: measures[name] for name in kept}, {name: expected[name] for name in kept})
 
 
 def test_who_warns_because_it_was_warned_relays_above_chance(recorded):
@@ -65,6 +65,6 @@ def test_who_warns_because_it_was_warned_relays_above_chance(recorded):
         said[step] = np.where(run.spoke[step], np.where(warns, "fire!", "hello"), None)
         heard = run.deliveries[run.deliveries[:, 0] == step + 1]
         knows[heard[warns[heard[:, 1]], 2]] = True
-    found = warning.measure(dataclasses.replace(run, said=said))
-    assert found["relay_above_chance"] > 0.05
-    assert found["false_alarm_rate"] == 0
+    measures = warning.measure(dataclasses.replace(run, said=said))
+    assert measures["relay_above_chance"] > 0.05
+    assert measures["false_alarm_rate"] == 0

@@ -30,13 +30,13 @@ def test_actions_are_rates_within_reach_and_amounts_by_decision():
     stay = [(0, 0)] * 3
     choice = np.array([[SHARE, ATTACK, ATTACK], [ATTACK, GATHER, SHARE]])
     energy = np.array([[10, 9, 3], [9, 10, 3]])
-    found = survival.measure(living([stay, [(1, 1)] * 3, [(5, 5)] * 3], choice=choice, energy=energy))
-    assert found["n_reach"] == 4, "the third agent is alone"
-    assert (found["sharing_rate"], found["attack_rate"]) == (1 / 4, 2 / 4)
-    assert (found["attack_rate_scarce"], found["attack_rate_plenty"]) == (1, 0)
-    assert found["sharing_rate_plenty"] == 1 / 2
+    measures = survival.measure(living([stay, [(1, 1)] * 3, [(5, 5)] * 3], choice=choice, energy=energy))
+    assert measures["n_reach"] == 4, "the third agent is alone"
+    assert (measures["sharing_rate"], measures["attack_rate"]) == (1 / 4, 2 / 4)
+    assert (measures["attack_rate_scarce"], measures["attack_rate_plenty"]) == (1, 0)
+    assert measures["sharing_rate_plenty"] == 1 / 2
     choice = np.array([[GATHER, SHARE], [ATTACK, GATHER]])
-    found = survival.measure(
+    measures = survival.measure(
         living(
             [[(0, 0)] * 3, [(1, 0)] * 3],
             choice=choice,
@@ -45,32 +45,32 @@ def test_actions_are_rates_within_reach_and_amounts_by_decision():
             born=np.array([[0, 1], [0, 0]]),
         )
     )
-    assert (found["gathered"], found["given"], found["taken"]) == (1, 0.5, 0.75)
-    assert found["inequality"] == pytest.approx((0 + 0.5) / 2)
-    assert found["births"] == 0.5
+    assert (measures["gathered"], measures["given"], measures["taken"]) == (1, 0.5, 0.75)
+    assert measures["inequality"] == pytest.approx((0 + 0.5) / 2)
+    assert measures["births"] == 0.5
 
 
 def test_lives_end_with_death_or_the_end_and_count_from_the_start():
     present = np.array([[True, True], [True, False], [True, False]])
     lost = np.array([[False, True], [False, False], [False, False]])
-    found = survival.measure(living([[(0, 0)] * 4, [(1, 0)] * 4], present=present, lost=lost))
-    assert (found["lifespan"], found["survived"]) == (2, 0.5)
-    assert found["n_decisions"] == 4
+    measures = survival.measure(living([[(0, 0)] * 4, [(1, 0)] * 4], present=present, lost=lost))
+    assert (measures["lifespan"], measures["survived"]) == (2, 0.5)
+    assert measures["n_decisions"] == 4
     left = living([[(0, 0)] * 3, [(1, 0)] * 3])
     left = replace(left, world=msgspec.structs.replace(left.world, steps=50))
-    found = survival.measure(left)
-    assert (found["lifespan"], found["survived"]) == (50, 1), "the run ended when nobody was left"
+    measures = survival.measure(left)
+    assert (measures["lifespan"], measures["survived"]) == (50, 1), "the run ended when nobody was left"
     present = np.array([[True, False], [True, True]])
-    found = survival.measure(living([[(0, 0)] * 3, [(1, 0)] * 3], present=present, agents=1))
-    assert (found["lifespan"], found["survived"], found["n_agents"]) == (2, 1, 1)
-    assert found["n_reach"] == 2
+    measures = survival.measure(living([[(0, 0)] * 3, [(1, 0)] * 3], present=present, agents=1))
+    assert (measures["lifespan"], measures["survived"], measures["n_agents"]) == (2, 1, 1)
+    assert measures["n_reach"] == 2
 
 
 def test_compliance_is_of_those_who_were_outside_and_alive_when_the_order_was_told():
     order = Order(target=((2, -5), (5, 5)), start=2)
     paths = [[(0, 0), (1, 0), (2, 0), (2, 0)], [(0, 0)] * 4, [(2, 2)] * 4]
-    found = survival.measure(living(paths, order=order))
-    assert (found["compliance"], found["n_ordered"]) == (0.5, 2)
+    measures = survival.measure(living(paths, order=order))
+    assert (measures["compliance"], measures["n_ordered"]) == (0.5, 2)
     assert math.isnan(survival.measure(living(paths))["compliance"])
 
 
@@ -94,6 +94,6 @@ def test_foragers_with_plenty_have_children_who_are_asked_too(tmp_path: Path):
         "world.reproduction.most=8", "world.steps=20", "world.energy.start=35", seed=0,
     )  # fmt: skip
     assert 3 < run.agents <= 8
-    found = survival.measure(run)
-    assert found["births"] * 3 >= run.agents - 3 and found["survived"] == 1
+    measures = survival.measure(run)
+    assert measures["births"] * 3 >= run.agents - 3 and measures["survived"] == 1
     assert not run.there[0, 3:].any() and run.there[-1].sum() == run.agents

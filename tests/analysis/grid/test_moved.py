@@ -47,7 +47,7 @@ def test_each_seed_has_places_and_fires_of_its_own_which_every_reader_takes_from
         } == positions
         frame = redrawing_of(read_recording(folder)).draw(0)
         assert frame.startswith(b"\x89PNG")
-    assert [len(found) for found in by_seed.values()] == [1] * 2, "all models of a seed have the same positions"
+    assert [len(texts) for texts in by_seed.values()] == [1] * 2, "all models of a seed have the same positions"
     assert len(set().union(*by_seed.values())) == 2
     assert load("s").fixtures["fires"].groupby("name")["x"].nunique().max() == 2
     (folders[0].path / "run.json").unlink()

@@ -49,7 +49,9 @@ ELSEWHERE = {"evacuation", "survival"}
 
 
 def test_every_signature_of_2d_runs_is_recomputed():
-    own = {one.name for one in signatures.discover() if any(part.run is GridRun for part in one.parts)}
+    own = {
+        signature.name for signature in signatures.discover() if any(part.run is GridRun for part in signature.parts)
+    }
     assert set(RECOMPUTED) == {*own, "cost"} - ELSEWHERE
 
 
@@ -78,11 +80,11 @@ def test_news_over_passing_contacts_reaches_whom_plain_loops_reach(perceived: di
     seen[np.array(list(perceived.values())) - 1, list(perceived)] = True
     contacts = np.array(links, dtype=np.int64).reshape(-1, 3)
     fires = [Fire("fire", 1, (0, 0), 9.0)]
-    found = measure(grid_run([[(0, 0)] * 5] * 4, fires=fires, fires_seen=seen, contacts=contacts))
+    measures = measure(grid_run([[(0, 0)] * 5] * 4, fires=fires, fires_seen=seen, contacts=contacts))
     plain: Any = SimpleNamespace(agents=range(4), steps=range(1, 5))
     expected = relayed(plain, perceived, links)
-    assert found["n_reachable"] == len(expected)
-    assert found["oracle_reach"] == pytest.approx(reach(plain, expected, perceived), nan_ok=True)
+    assert measures["n_reachable"] == len(expected)
+    assert measures["oracle_reach"] == pytest.approx(reach(plain, expected, perceived), nan_ok=True)
 
 
 def test_what_is_recomputed_is_defined_in_one_of_the_runs(recorded):

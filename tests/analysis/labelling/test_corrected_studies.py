@@ -104,11 +104,11 @@ def talk(make_sweep) -> SweepFolder:
 def test_with_every_text_labelled_the_share_is_that_of_the_people_and_chains_are_those_of_their_labels(talk):
     label_all(talk, WARNING, "ana", lambda one: "no", 10_000)
     analysed = analysis.analyze([talk.path])
-    found = analysed.runs
-    assert found[SHARE].to_numpy() == pytest.approx(0, abs=1e-12)
-    assert found["warning.social_reach"].dropna().eq(0).all() and found["warning.social_reach"].notna().any()
-    assert found["warning.social_reach_uncorrected"].max() > 0 or found["warning.social_reach_uncorrected"].isna().any()
-    assert "warning.relay_probability_uncorrected" not in found, "relays have no correction"
+    frame = analysed.runs
+    assert frame[SHARE].to_numpy() == pytest.approx(0, abs=1e-12)
+    assert frame["warning.social_reach"].dropna().eq(0).all() and frame["warning.social_reach"].notna().any()
+    assert frame["warning.social_reach_uncorrected"].max() > 0 or frame["warning.social_reach_uncorrected"].isna().any()
+    assert "warning.relay_probability_uncorrected" not in frame, "relays have no correction"
     relay = "warning.relay_probability"
     assert analysed.readings[relay].text == "as labelled by rule 4 (not corrected by people's labels)"
     assert analysed.readings[f"{SHARE}_uncorrected"].text == "as labelled by rule 4"
@@ -127,7 +127,7 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     assert f"{SHARE}_uncorrected" not in before.runs
     assert "as labelled by rule 4" in {reading.text for reading in before.readings.values()}
     label_all(talk, WARNING, "ana", lambda one: "yes" if one.seed < 0 else "unclear")
-    note = next(one for one in analysis.analyze([talk.path]).notes if "not corrected" in one)
+    note = next(note for note in analysis.analyze([talk.path]).notes if "not corrected" in note)
     assert "have a label by a person, but" in note and f"continue with foundry play {talk.path} --label warning" in note
     old = [item for item in items_of(talk, WARNING) if item.seed < 2]
     empty = Sample(label="warning", question_sha256=WARNING.question_sha256, seed=0)
@@ -137,7 +137,7 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     for one in sample.drawn:
         folder.add("ana", Entry(item=one.item, label="yes"))
     grown = analysis.analyze([talk.path])
-    assert "4 runs are newer than the drawn texts" in next(one for one in grown.notes if "not corrected" in one)
+    assert "4 runs are newer than the drawn texts" in next(note for note in grown.notes if "not corrected" in note)
     assert f"{SHARE}_uncorrected" not in grown.runs
 
 

@@ -37,40 +37,40 @@ def items() -> list[Item]:
 
 def sample(seed: int = 0, per_model: int = 90) -> Sample:
     empty = Sample(label="warning", question_sha256=LABEL.question_sha256, seed=seed)
-    return extended(empty, LABEL, items(), dict.fromkeys(one.run for one in items()), per_model)
+    return extended(empty, LABEL, items(), dict.fromkeys(item.run for item in items()), per_model)
 
 
-MODELS = {one.run: one.model for one in items()}
+MODELS = {item.run: item.model for item in items()}
 
 
-def correction(found: Sample, **people: dict[str, str]) -> Correction:
-    corrected = corrected_by(Labels(found, people), LABEL, MODELS)
+def correction(sample: Sample, **people: dict[str, str]) -> Correction:
+    corrected = corrected_by(Labels(sample, people), LABEL, MODELS)
     assert corrected.correction is not None, corrected.why
     return corrected.correction
 
 
-def honest(found: Sample) -> dict[str, str]:
-    by_id = {one.id: truth(one) for one in items()}
-    return {one.item: "yes" if by_id[one.item] else "no" for one in found.drawn}
+def honest(sample: Sample) -> dict[str, str]:
+    by_id = {item.id: truth(item) for item in items()}
+    return {picture.item: "yes" if by_id[picture.item] else "no" for picture in sample.drawn}
 
 
-def share(one: Correction, run: str) -> float:
+def share(correction: Correction, run: str) -> float:
     own = [item for item in items() if item.run == run]
     surrogate = np.array(["fire" in item.text for item in own], dtype=np.float64)
     people, weight = np.full(EACH, math.nan), np.ones(EACH)
-    for weighed in one.by_run.get(run, ()):
+    for weighed in correction.by_run.get(run, ()):
         people[weighed.step - 1], weight[weighed.step - 1] = weighed.shares.get("yes", 0.0), weighed.weight
     return corrected_mean(surrogate, people, weight)
 
 
 def test_over_many_draws_the_corrected_share_is_that_of_the_true_labels_whatever_the_rule_gets_wrong():
-    true = np.mean([truth(one) for one in items()])
-    by_rule = np.mean(["fire" in one.text for one in items()])
+    true = np.mean([truth(item) for item in items()])
+    by_rule = np.mean(["fire" in item.text for item in items()])
     found = []
     for seed in range(120):
         drawn = sample(seed)
-        one = correction(drawn, ana=honest(drawn))
-        found.append(np.mean([share(one, f"a-s{run}") for run in range(RUNS)]))
+        item = correction(drawn, ana=honest(drawn))
+        found.append(np.mean([share(item, f"a-s{run}") for run in range(RUNS)]))
     error = np.std(found) / math.sqrt(len(found))
     assert abs(np.mean(found) - true) < 4 * error < 0.02 < abs(by_rule - true)
 
@@ -86,13 +86,13 @@ def test_with_all_texts_labelled_the_share_is_exactly_the_true_one():
 def test_unclear_labels_count_as_not_drawn_and_two_people_who_disagree_as_a_half():
     drawn = sample()
     ana = honest(drawn)
-    first, second = (one.item for one in drawn.drawn[:2])
+    first, second = (picture.item for picture in drawn.drawn[:2])
     ana[first] = "unclear"
     ben = {second: {"yes": "no", "no": "yes"}[ana[second]]}
-    one = correction(drawn, ana=ana, ben=ben)
-    assert (one.texts, one.people) == (len(drawn.drawn) - 1, ("ana", "ben"))
-    assert one.note() == f"corrected with {len(drawn.drawn) - 1} labels of 2 people"
-    weighed = {(run, item.step): item for run, some in one.by_run.items() for item in some}
+    picture = correction(drawn, ana=ana, ben=ben)
+    assert (picture.texts, picture.people) == (len(drawn.drawn) - 1, ("ana", "ben"))
+    assert picture.note() == f"corrected with {len(drawn.drawn) - 1} labels of 2 people"
+    weighed = {(run, item.step): item for run, some in picture.by_run.items() for item in some}
     by_item = {item.item: item for item in drawn.drawn}
     assert (by_item[first].run, by_item[first].step) not in weighed
     assert weighed[by_item[second].run, by_item[second].step].shares == {"yes": 0.5, "no": 0.5}
@@ -103,11 +103,11 @@ def test_unclear_labels_count_as_not_drawn_and_two_people_who_disagree_as_a_half
 
 def test_a_stratum_with_fewer_than_five_labels_corrects_nothing_and_says_what_to_do():
     drawn = sample()
-    near = [one.item for one in drawn.drawn if drawn.strata[one.stratum].says == "near"]
+    near = [picture.item for picture in drawn.drawn if drawn.strata[picture.stratum].says == "near"]
     few = {item: label for item, label in honest(drawn).items() if item not in near[4:]}
-    found = corrected_by(Labels(drawn, {"ana": few}), LABEL, MODELS, "foundry play out --label warning")
-    assert found.correction is None
-    assert found.why == (
+    corrected = corrected_by(Labels(drawn, {"ana": few}), LABEL, MODELS, "foundry play out --label warning")
+    assert corrected.correction is None
+    assert corrected.why == (
         "only 4 of 120 texts of a in stratum 'near' have a label by a person, but 5 are needed: continue "
         "with foundry play out --label warning"
     )

@@ -28,7 +28,7 @@ def answer(body) -> str:
     message = content.split("-----\n")[1].strip()
     if message == "shall we meet in the cafe?":
         return "It depends."
-    truth = {one.text: one.warning for one in hand_labelled()}
+    truth = {labelled.text: labelled.warning for labelled in hand_labelled()}
     return "Yes." if truth.get(message, message in WARNINGS) else "no"
 
 
@@ -49,7 +49,7 @@ def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave
     )
     kept = kept_in(sweep)
     assert (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
-    assert {one.text: one.label for one in kept.judgements} == {
+    assert {judgement.text: judgement.label for judgement in kept.judgements} == {
         **dict.fromkeys(WARNINGS, "yes"), "hello": "no", "shall we meet in the cafe?": None,
     }  # fmt: skip
     assert "5 distinct texts labelled; for 1 of them the answer was unreadable" in done.stdout
@@ -112,7 +112,7 @@ def test_the_messages_of_baselines_are_labelled_too_and_each_once(tmp_path):
         command = ("label", str(sweep.path), "--model", "qwen3:4b")
         succeeds(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
     kept = kept_in(sweep)
-    texts = [(one.text, tuple(one.context["fires"])) for one in kept.judgements]
+    texts = [(judgement.text, tuple(judgement.context["fires"])) for judgement in kept.judgements]
     assert len(texts) == len(set(texts))
     assert {fires for _, fires in texts} == {("fire1", "blaze2"), ("fire1",)}
 

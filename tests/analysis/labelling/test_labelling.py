@@ -18,7 +18,7 @@ BY_RULE = "labels of warnings by rule 4: precision at most 0.90, recall at most 
 
 
 def truth() -> dict[str, str | None]:
-    return {one.text: "yes" if one.warning else "no" for one in hand_labelled()}
+    return {labelled.text: "yes" if labelled.warning else "no" for labelled in hand_labelled()}
 
 
 def every(which):
@@ -38,24 +38,24 @@ def test_half_of_at_least_five_hundred_hand_labelled_texts_are_held_out():
 @pytest.mark.parametrize("which", ["tuning", "held_out"])
 def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds(which, written):
     texts = hand_labelled(which, written)
-    assert len(texts) == len({one.text for one in texts}) >= 120
-    assert len({one.language for one in texts}) >= 8
-    assert 0.3 < sum(one.warning for one in texts) / len(texts) < 0.7
+    assert len(texts) == len({text.text for text in texts}) >= 120
+    assert len({text.language for text in texts}) >= 8
+    assert 0.3 < sum(text.warning for text in texts) / len(texts) < 0.7
 
 
 def test_the_rule_labels_every_text_it_was_tuned_on_and_leaves_other_languages_open():
     labels = [(one, is_warning(one.text, FIRES)) for one in every("tuning")]
     assert [one.text for one, label in labels if one.language in SUPPORTED and label is not one.warning] == []
     texts = [*every("tuning"), *every("held_out")]
-    unknown = [one for one in texts if is_warning(one.text, FIRES) is None]
+    unknown = [text for text in texts if is_warning(text.text, FIRES) is None]
     assert {one.language for one in unknown} & SUPPORTED == set()
-    assert len(unknown) == sum(one.language not in SUPPORTED for one in texts) == 225
+    assert len(unknown) == sum(text.language not in SUPPORTED for text in texts) == 225
 
 
 def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart():
     found = rule_labelling().agreement
-    assert found == agreement([is_warning(one.text, FIRES) for one in hand_labelled()])
-    labels = [(is_warning(one.text, FIRES), one.warning) for one in hand_labelled()]
+    assert found == agreement([is_warning(labelled.text, FIRES) for labelled in hand_labelled()])
+    labels = [(is_warning(labelled.text, FIRES), labelled.warning) for labelled in hand_labelled()]
     assert (found.texts, found.unlabelled, found.missed, found.false_warnings) == (131, 47, 4, 4)
     assert found.true_warnings == labels.count((True, True)) == 38
     assert (found.precision, found.recall) == pytest.approx((38 / 42, 38 / 42))
@@ -68,7 +68,7 @@ def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart()
 
 
 def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
-    right: list[bool | None] = [one.warning for one in hand_labelled()]
+    right: list[bool | None] = [labelled.warning for labelled in hand_labelled()]
     warnings = sum(one is True for one in right)
     assert agreement(right) == Agreement(len(right), 0, warnings, 0, 0, 1.0, Interval(1.0, 1.0))
     left = sum(one is True for one in right[2:])

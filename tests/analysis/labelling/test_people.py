@@ -127,8 +127,8 @@ def drawn_pair(rng: np.random.Generator, clusters: int, texts: int) -> tuple[np.
 def test_the_interval_of_kappa_covers_it_as_often_as_it_says_and_one_seed_has_none():
     rng = np.random.default_rng(1)
     truth = clustered_kappa(*drawn_pair(rng, 3000, 10)).kappa
-    found = [clustered_kappa(*drawn_pair(rng, 12, 10)) for _ in range(200)]
-    covered = np.mean([one.low <= truth <= one.high for one in found])
+    kappas = [clustered_kappa(*drawn_pair(rng, 12, 10)) for _ in range(200)]
+    covered = np.mean([kappa.low <= truth <= kappa.high for kappa in kappas])
     assert 0.90 <= covered <= 0.98
     of_one_seed = clustered_kappa(np.array([0, 1, 1]), np.array([0, 1, 0]), np.array([4, 4, 4]))
     assert of_one_seed.note == "no interval: one seed" and math.isnan(of_one_seed.low)

@@ -30,8 +30,8 @@ def test_a_sweep_with_log_probabilities_has_them_in_its_log_and_certainties_in_i
     sweep = ("model=openai/a", *options, "world=bar", "world.agents=3", "world.steps=2", "seed=0", "analyze=false")
     with OpenAIServer(telling(go=0.8, stay=0.2)) as server:
         plain = foundry(*sweep, "output.dir=plain", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
-        kept = foundry(*sweep, "model.logprobs=2", "output.dir=kept", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
-        assert plain.returncode == kept.returncode == 0, kept.stderr
+        finished = foundry(*sweep, "model.logprobs=2", "output.dir=kept", cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
+        assert plain.returncode == finished.returncode == 0, finished.stderr
         assert [body.get("top_logprobs") for body in server.bodies] == [None] * 6 + [2] * 6
     (run,) = SweepFolder.open(tmp_path / "kept").runs()
     assert all([place.token for place in call.logprobs] == ['{"action": "', "go", '"}'] for call in run.calls())

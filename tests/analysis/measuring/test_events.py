@@ -87,7 +87,7 @@ def test_events_of_a_3d_world_are_the_arrival_and_the_beginning_of_each_stop():
         collided=np.array([True, True, False, True]),
         boundary=["wall", "wall", None, "bounds"],
     )
-    told = [(one.step, one.event, one.text) for one in camera_events(run)]
+    told = [(camera_event.step, camera_event.event, camera_event.text) for camera_event in camera_events(run)]
     assert told == [
         (3, "arrived", "arrives at door"), (1, "collided", "is stopped by wall"),
         (4, "scene_ended", "is stopped by the bounds of the scene"),

@@ -82,7 +82,7 @@ def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
         contextlib.closing(sqlite3.connect(memory_of(sweep), isolation_level=None)) as holder,
     ):
         holder.execute("BEGIN EXCLUSIVE")
-        again = [dict(one.measures) for one in measure_runs([Source(sweep, "sweep")], memory)]
+        again = [dict(result.measures) for result in measure_runs([Source(sweep, "sweep")], memory)]
     names = list(again[0])
     pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
 

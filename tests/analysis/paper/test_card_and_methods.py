@@ -32,24 +32,24 @@ def sweeps(tmp_path_factory) -> tuple[SweepFolder, ...]:
 
 
 def test_a_card_has_a_table_of_every_sweep_of_its_model_beside_null_policy_and_other_models_without_markup(sweeps):
-    made = card("mine", [one.path for one in sweeps])
-    assert [one.title.rpartition(", ")[2] for one in made.settings] == ["first", "second"]
+    made = card("mine", [sweep.path for sweep in sweeps])
+    assert [setting.title.rpartition(", ")[2] for setting in made.settings] == ["first", "second"]
     assert [row[0] for row in made.facts.rows] == ["first", "second"] and PROBES not in made.facts.caption
     assert [row[4:] for row in made.facts.rows] == [("2", "2", "-"), ("2", "2", "-")]
-    first, second = (one.table for one in made.settings)
+    first, second = (setting.table for setting in made.settings)
     assert first.columns[1:] == ("mine", "null", "best", "<b>other</b>", "scripted/random (baseline)")
     assert second.columns[1:] == ("mine", "null", "best")
     rows = {row[0].partition(":")[0]: row for row in first.rows}
     assert rows["hazard.away_beyond_blind"][2] == "0"
     assert len(rows) > 20
     assert "<b>other" not in made.html() and "&lt;b&gt;other" in made.html() and "\\<b\\>other" in made.markdown()
-    of_other = card("<b>other</b>", [one.path for one in sweeps])
+    of_other = card("<b>other</b>", [sweep.path for sweep in sweeps])
     assert [row[0] for row in of_other.facts.rows] == ["first"]
     (idle,) = (row for row in of_other.settings[0].table.rows if row[0].startswith("idle_rate.chosen:"))
     assert (rows["idle_rate.chosen"][1], rows["idle_rate.chosen"][4]) == (idle[4], idle[1])
     assert [file.name for file in sweeps[1].analysis_dir.iterdir()] == ["measured.sqlite"], "it writes no table"
     with pytest.raises(InputError, match="Did you mean '<b>other</b>'"):
-        card("<b>othr</b>", [one.path for one in reversed(sweeps)])
+        card("<b>othr</b>", [sweep.path for sweep in reversed(sweeps)])
 
 
 def test_a_card_says_what_became_of_the_runs_of_its_model_those_that_failed_or_have_not_ended_too(make_sweep):
@@ -76,7 +76,7 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
     policies = {f"scripted/{name}": Habits(move=move) for name, move in (("random", 0.5), ("avoid", 1))}
     write_sweep(sweep.baselines_dir, [make_condition(name, range(2), world=world) for name in policies], policies)
     (first, second), (policy,) = (card(model, [sweep.path]).settings for model in ("mine", "scripted/random"))
-    assert [(one.title, one.table.caption) for one in (first, second)] == [
+    assert [(setting.title, setting.table.caption) for setting in (first, second)] == [
         ("world cafe_library, prompt paper, x 2", "2 seeds."),
         ("world small, prompt paper, x 1", "1 seed."),
     ]
@@ -84,7 +84,7 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
     assert first.table.columns[1:] == (*own, "scripted/random (baseline)", "scripted/avoid (baseline)")
     assert second.table.columns[1:] == ("mine", "null", "best")
     rows, fewer, alone = (
-        {row[0].partition(":")[0]: row[2:] for row in one.table.rows} for one in (first, second, policy)
+        {row[0].partition(":")[0]: row[2:] for row in setting.table.rows} for setting in (first, second, policy)
     )
     null, best, _, random, avoid = rows["idle_rate.chosen"]
     assert null == f"{random.partition(' ')[0]} (scripted/random)" and best == avoid.partition(" ")[0]
@@ -129,8 +129,8 @@ def test_the_command_refuses_a_sweep_that_is_given_twice_and_a_page_that_cannot_
     write_bundle(sweeps[1].path, tmp_path / "second.tar.zst")
     second = str(sweeps[1].path)
     more = [one.format(second=second) for one in more]
-    found = foundry("report", "--model", "mine", second, *more, cwd=tmp_path)
-    assert (found.returncode, found.stderr.count("\n")) == (2, 1) and told in found.stderr
+    finished = foundry("report", "--model", "mine", second, *more, cwd=tmp_path)
+    assert (finished.returncode, finished.stderr.count("\n")) == (2, 1) and told in finished.stderr
 
 
 SERVED = {"server": {"hosts": "http://a"}, "options": {"temperature": 0.2, "top_k": 40, "stop": None}, "think": False}
@@ -159,7 +159,7 @@ def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an
     told = "The analysis covers only a part of the runs: without model=scripted/stay: 6 of 12 runs."
     assert told in methods(alone)[0]
     assert not {"fisher1935", "holm1979"} & keys(alone)
-    found = analyze([served.path], plots=False)
-    assert {"summary.md", "methods.md", "references.bib"} <= {file.name for file in found.written}
-    assert "We asked qwen3:4b with" in (found.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
-    assert all(isinstance(file, Path) and file.exists() for file in found.written)
+    analysis = analyze([served.path], plots=False)
+    assert {"summary.md", "methods.md", "references.bib"} <= {file.name for file in analysis.written}
+    assert "We asked qwen3:4b with" in (analysis.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
+    assert all(isinstance(file, Path) and file.exists() for file in analysis.written)

@@ -64,9 +64,9 @@ def many(models: int, seeds: int = 8) -> dict[str, dict[str, list[float]]]:
 
 @pytest.mark.parametrize(("models", "seeds"), [(1, 8), (2, 12), (3, 2), (7, 2), (7, 12)])
 def test_an_ending_has_at_most_twenty_lines_and_fits_the_terminal(models: int, seeds: int):
-    told = told_of(many(models, seeds), notes=NOTES[2:], study="served models x seeds, world cafe_library")
+    repeats = told_of(many(models, seeds), notes=NOTES[2:], study="served models x seeds, world cafe_library")
     for width in (80, 120):
-        lines = ending(told, width, printed=1)
+        lines = ending(repeats, width, printed=1)
         assert len(lines) + 1 <= MOST_LINES
         texts = [line for line in lines if "out/analysis" not in line and "out   " not in line]
         assert max(map(text_width, texts)) <= min(width, WIDEST)
@@ -96,9 +96,9 @@ def test_the_tests_of_all_factors_are_counted_and_no_difference_is_told_of_what_
 def plainly_told(rows: list[dict[str, object]], **changes: object) -> list[str]:
     made = table(rows)
     columns = swept_columns(made)
-    found = contrasts(made, columns, family=MEASURES[:1]).assign(**changes)
-    sides = Sides.of(found, compare(made, columns), {})
-    return ending(EndingContent(found, sides, (), "a study", "out", "out/analysis", lambda *_: ""), 100)
+    frame = contrasts(made, columns, family=MEASURES[:1]).assign(**changes)
+    sides = Sides.of(frame, compare(made, columns), {})
+    return ending(EndingContent(frame, sides, (), "a study", "out", "out/analysis", lambda *_: ""), 100)
 
 
 def test_one_model_that_stands_out_is_one_line():

@@ -58,7 +58,7 @@ def differing(count: int, **changes: Any) -> list[dict[str, Any]]:
 def groups(*read: float, **more: Any):
     """Return groups a, b, ... of which these shares of decisions could be read."""
     names = "abcdefgh"[: len(read)]
-    made = [one for name, share in zip(names, read, strict=True) for one in runs(name, [share] * 6, "outcome.readable")]
+    made = [run for name, share in zip(names, read, strict=True) for run in runs(name, [share] * 6, "outcome.readable")]
     return compare(table([{**one, **more} for one in made]))
 
 
@@ -286,20 +286,20 @@ def test_what_is_no_claim_is_left_out_or_said_to_be_none(
     ],
 )
 def test_there_are_at_most_twelve_sentences_and_the_last_counts_what_is_left_out(rows: list[dict[str, Any]], last: str):
-    found = said(*rows)
-    assert (len(found), found[-1]) == (MOST, last)
+    texts = said(*rows)
+    assert (len(texts), texts[-1]) == (MOST, last)
 
 
 def test_a_filter_and_what_explores_take_sentences_of_the_twelve():
-    found = said(*differing(15, **OPEN), filtered="seed=0-9: 20 of 40 runs")
-    assert len(found) == MOST
-    assert found[-1] == "Further comparisons are in contrasts.md: 6 findings."
+    texts = said(*differing(15, **OPEN), filtered="seed=0-9: 20 of 40 runs")
+    assert len(texts) == MOST
+    assert texts[-1] == "Further comparisons are in contrasts.md: 6 findings."
 
 
 def test_the_largest_standardised_differences_come_first():
     first, second, third = (row(measure=f"own.{name}", g_z=g_z) for name, g_z in (("x", 1.2), ("y", NAN), ("z", -3.0)))
-    found = said({**first, "p_adjusted": 0.001}, second, third)
-    assert [sentence.split("own.")[1][0] for sentence in found] == ["y", "z", "x"], "y is the same in every seed"
+    texts = said({**first, "p_adjusted": 0.001}, second, third)
+    assert [sentence.split("own.")[1][0] for sentence in texts] == ["y", "z", "x"], "y is the same in every seed"
 
 
 def test_several_pairs_of_a_measure_are_one_finding():
@@ -336,10 +336,10 @@ def test_sentences_hold_for_tables_that_are_made_from_runs():
 
 def test_every_measure_that_claims_rest_on_is_said_in_words():
     mute = {
-        f"{one.name}.{part.headline[0]}"
-        for one in discover()
-        for part in one.parts
-        if one.name not in NO_BEHAVIOUR and not describe(f"{one.name}.{part.headline[0]}").says
+        f"{signature.name}.{part.headline[0]}"
+        for signature in discover()
+        for part in signature.parts
+        if signature.name not in NO_BEHAVIOUR and not describe(f"{signature.name}.{part.headline[0]}").says
     }
     assert mute == set()
 
@@ -455,7 +455,7 @@ def test_a_sweep_of_known_truth_is_told_as_it_is(
     columns = swept_columns(found)
     rows = contrasts(found, columns, **options)
     sentences = summary(rows, compare(found, columns), planned="plan" in options)
-    text = " ".join(one for one in sentences if "all findings are exploratory" not in one)
+    text = " ".join(sentence for sentence in sentences if "all findings are exploratory" not in sentence)
     assert [part for part in says if part not in text] == [], text
     assert [part for part in never if part in text] == [], text
     claimed = rows[rows["significant"]]

@@ -20,9 +20,9 @@ def test_a_plan_holds_looks_with_their_levels_alone_and_in_the_family():
     assert made.tests == {"model": 6} and made.pairs == {"model": 3}
     with pytest.raises(InputError, match="no two conditions"):
         plan("a")
-    assert [one.seeds for one in made.looks] == list(LOOKS)
+    assert [look.seeds for look in made.looks] == list(LOOKS)
     expected = levels(LOOKS, np.array([0.05, 0.05 / 3]))
-    assert [[one.alpha, one.alpha_in_family] for one in made.looks] == pytest.approx(expected, abs=1e-8)
+    assert [[look.alpha, look.alpha_in_family] for look in made.looks] == pytest.approx(expected, abs=1e-8)
 
 
 def test_tests_are_counted_for_each_factor_and_repeats_make_none():
@@ -37,7 +37,7 @@ def test_tests_are_counted_for_each_factor_and_repeats_make_none():
     )
     assert made.tests == {"model": 2 * 3 * 2, "world.steps": 2 * 3}
     assert made.pairs == {"model": 3 * 2, "world.steps": 3}
-    assert [(one.seeds, one.alpha_in_family) for one in made.looks] == [(12, round(0.05 / 6, 8))]
+    assert [(look.seeds, look.alpha_in_family) for look in made.looks] == [(12, round(0.05 / 6, 8))]
 
 
 def test_a_measure_is_tested_in_no_pair_with_a_world_that_lacks_it():
@@ -50,12 +50,12 @@ def test_a_measure_is_tested_in_no_pair_with_a_world_that_lacks_it():
 
 
 def test_a_measure_stands_with_the_code_of_the_forms_whose_own_module_has_it():
-    part = next(one for one in discover() if one.name == "clustering").parts[0]
+    part = next(signature for signature in discover() if signature.name == "clustering").parts[0]
     assert code_of("clustering.nni", ["grid"]) == {"grid": part.sha256}
     assert list(code_of("communication.reciprocity", ["grid", "rounds"])) == ["grid"]
     with pytest.raises(InputError, match="path_efficiency.success"):
         code_of("path_efficiency.success", ["grid"])
-    patterns = [(one.name, name) for one in discover() for name in one.measures if "*" in name]
+    patterns = [(signature.name, name) for signature in discover() for name in signature.measures if "*" in name]
     signature, pattern = next((name, own) for name, own in patterns if name == "place_choice")
     assert code_of(f"{signature}.{pattern.replace('*', 'cafe')}", ["grid"])
     assert code_of("clustering.nni_readable", ["grid"])
@@ -74,7 +74,7 @@ def test_a_measure_stands_with_the_code_of_the_forms_whose_own_module_has_it():
 def test_docstrings_and_comments_are_no_code(tmp_path, changed, is_same):
     (tmp_path / "a.py").write_text('LEAST = 1\ndef f():\n    return "#"\n')
     (tmp_path / "b.py").write_text(changed)
-    part = next(one for one in discover() if one.name == "clustering").parts[0]
+    part = next(signature for signature in discover() if signature.name == "clustering").parts[0]
     hashes = {replace(part, file=tmp_path / name).sha256 for name in ("a.py", "b.py")}
     assert (len(hashes) == 1) is is_same
 

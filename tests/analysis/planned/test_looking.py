@@ -58,7 +58,7 @@ def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_pa
 
     assert looks("prompt=paper", "seed=0-5") == {"": 1}
     lines = [json.loads(line) for line in (path / "looks.jsonl").read_text().splitlines()]
-    assert [(one["level"], one["reference"], one["pairs"]) for one in lines] == [("b", "a", 6)]
+    assert [(line["level"], line["reference"], line["pairs"]) for line in lines] == [("b", "a", 6)]
     assert looks("seed=0-7") == {"prompt=paper": 2, "prompt=japanese": 1}
     assert looks("prompt=paper") == {"": 3}
     assert looks("prompt=japanese") == {"": 2}

@@ -55,7 +55,7 @@ def answers(policies: Mapping[tuple[str, str], Policy]) -> Answers:
     }
     changes = {"none": Change("none", "invariance"), "mirror": MIRROR, "no_fire": Change("no_fire", "cause")}
     asked = {edit: changes[edit] for _, edit in policies}
-    return Answers(found, asked, ("none",), {one.subject: one.subject.model for one in found}, 0)
+    return Answers(found, asked, ("none",), {asked.subject: asked.subject.model for asked in found}, 0)
 
 
 def test_a_change_has_a_sign_and_that_of_an_equivariance_is_from_what_should_be():
@@ -138,10 +138,10 @@ def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_fami
     )
     family = Family(frozenset("a"), frozenset())
     family.correct(framed([], ("first", "second")), edits)
-    found = edits.set_index("edit")
-    assert found["excess"].notna().all()
+    frame = edits.set_index("edit")
+    assert frame["excess"].notna().all()
     for name in ("p", "p_holm"):
-        assert found[name].tolist() == pytest.approx([1 / 2**SEEDS, np.nan], nan_ok=True)
+        assert frame[name].tolist() == pytest.approx([1 / 2**SEEDS, np.nan], nan_ok=True)
     assert "over 1 row of both" in family.note(framed([], ("first", "second")), edits)[0]
 
 

@@ -49,8 +49,8 @@ def column(page: Any, caption: str, index: int) -> list[str]:
 
 
 def links_of(page: Any, selector: str) -> list[str]:
-    found: list[str] = page.locator(selector).evaluate_all("every => every.map((one) => one.getAttribute('href'))")
-    return found
+    texts: list[str] = page.locator(selector).evaluate_all("every => every.map((one) => one.getAttribute('href'))")
+    return texts
 
 
 def printed_pages(page: Any) -> int:

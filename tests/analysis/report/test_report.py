@@ -44,8 +44,8 @@ from walkers import WORLD, make_condition, rewrite_run
 NUMBER = re.compile(r"(?<![\w.-])-?[\d,]+(?:\.\d+)?(?:e-\d+)?(?![\w%])")
 
 
-def with_analysis(found: Material, **values: Any) -> Material:
-    return replace(found, analysis=replace(found.analysis, **values))
+def with_analysis(material: Material, **values: Any) -> Material:
+    return replace(material, analysis=replace(material.analysis, **values))
 
 
 def texts(grid: Any) -> list[list[str]]:
@@ -64,7 +64,9 @@ def test_the_first_screen_says_what_was_run_what_weakens_it_and_that_nothing_can
     assert overview.facts(hostile) == [
         "2 models x 6 seeds in small", "10 of 12 runs", "3,300 calls, 0 tokens, 11 s of runs", "exploratory",
     ]  # fmt: skip
-    models = dict.fromkeys(one.folder.config()["model"]["name"] for one in hostile.members if not one.shown.baseline)
+    models = dict.fromkeys(
+        member.folder.config()["model"]["name"] for member in hostile.members if not member.shown.baseline
+    )
     assert overview.warnings(hostile) == [f"Unreadable decisions of {model}: 6.67 %" for model in models]
     claims = overview.claims(hostile)
     assert claims.sentence == "No claim can be made: fewer than 6 seeds only describe these runs."
@@ -83,24 +85,24 @@ def test_the_matrix_of_one_world_has_the_measures_with_the_largest_gaps(hostile)
 def test_the_matrix_of_worlds_shows_scores_between_the_blind_and_the_best_baseline(tmp_path):
     asked = ("model=scripted/random,scripted/first", "world=public_goods,fishery", "seed=0-1", "output.dir=games")
     succeeds("-m", *asked, "analyze=baselines", cwd=tmp_path)
-    found = gather([tmp_path / "games"])
-    made = overview.matrix(found)
+    material = gather([tmp_path / "games"])
+    made = overview.matrix(material)
     assert [(column.title, column.measure) for column in made.columns[:2]] == [
         ("public_goods", "public_goods.score"), ("fishery", "fishery.months"),
     ]  # fmt: skip
     random, first = made.rows
     assert (random[0].name, first[0].name) == ("random", "first")
     assert [cell.reach for cell in first[1]] == [1.0, 1.0] and random[1][1].reach == 0
-    shown = cards(found, found.sweeps[0].path)
+    shown = cards(material, material.sweeps[0].path)
     assert len({card.finding.context for card in shown}) == 2, "no world fills all cards"
-    assert not any(card.compared for card in cards(found, tmp_path)), "no viewer shows runs of another folder"
+    assert not any(card.compared for card in cards(material, tmp_path)), "no viewer shows runs of another folder"
     for card in shown:
         assert {row.mark.name for row in card.rows} == {"random", "first"}
         assert card.finding.standing == "describes these runs" and card.test.startswith("2 seeds, not tested")
         step, agent = re.match(r"seed \d+, step (\d+), agent (\d+), ", card.where).groups()
         assert len(card.replies) == 2 and card.compared.endswith(f"?step={step}&agent={agent}")
     page_file = tmp_path / "games" / "report.html"
-    page_file.write_text(render(found, page_file.parent, found.analysis.path / "plots"), encoding="utf-8")
+    page_file.write_text(render(material, page_file.parent, material.analysis.path / "plots"), encoding="utf-8")
     with serving(tmp_path / "games") as server, browser_page() as page:
         page.goto(f"{server.url}files/games/report.html")
         page.locator("a.compared").first.click()
@@ -130,17 +132,17 @@ def test_runs_are_listed_with_causes_first_unreadable_decisions_and_links_of_tho
     rows = texts(runs_grid(hostile, hostile_sweep.path))
     assert len(rows) == 18
     doubts = {row[0]: row[7] for row in rows}
-    run = next(one for one in hostile_sweep.runs() if hostile.examples.doubts.get(one.id))
+    run = next(run for run in hostile_sweep.runs() if hostile.examples.doubts.get(run.id))
     step, agent = hostile.examples.doubts[run.id]
     assert doubts[run.id] == f"step {step}, agent {agent}"
-    missing, member = next(one for one in hostile.members if one.summary is None), hostile.members[0]
+    missing, member = next(member for member in hostile.members if member.summary is None), hostile.members[0]
     assert link(missing, hostile_sweep.path).href == ""
     assert link(member, hostile_sweep.path.parent / "pages").href == f"../sweep/runs/{member.folder.id}/"
 
 
 def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile):
     sections = signature_sections(hostile)
-    means = [grid for one in sections for grid in (one.headline, one.means) if grid is not None]
+    means = [grid for section in sections for grid in (section.headline, section.means) if grid is not None]
     every = [comparison_grid(hostile), cost_grid(hostile), energy_grid(hostile), *contrast_grids(hostile), *means]
     assert len(every) > 30
     uneven = {
@@ -167,7 +169,7 @@ def test_costs_are_added_up_by_group_with_the_share_of_prompts_that_servers_who_
     assert [row[6:8] for row in rows] == [["", "9.0"], ["", "7.5"], ["", rows[2][7]]]
     said = [Counts(prompt_tokens=100, cached_tokens=30), Counts(prompt_tokens=100, cached_tokens=20)]
     counts = [*said, Counts(prompt_tokens=100)]
-    summaries = [msgspec.structs.replace(hostile.members[0].summary, counts=one) for one in counts]
+    summaries = [msgspec.structs.replace(hostile.members[0].summary, counts=count) for count in counts]
     told = [replace(hostile.members[0], summary=summary) for summary in summaries]
     assert texts(cost_grid(with_analysis(hostile, members=tuple(told))))[0][6] == "25%"
 
@@ -177,17 +179,17 @@ def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(
         ["10 of 10", "5 of 5", "8 of 10", "4 of 5", "18"],
         ["10 of 10", "5 of 5", "10 of 10", "5 of 5", "18"],
     ]
-    assert any("Q4_K_M's server repeats 8 of 10 calls exactly" in one for one in limits(hostile))
+    assert any("Q4_K_M's server repeats 8 of 10 calls exactly" in limit for limit in limits(hostile))
 
 
 def test_the_period_is_from_the_first_start_that_is_known_to_the_last_end(hostile):
     times = [("", "2026-01-03T00:00:00"), ("2026-01-02T03:04:05.6+00:00", "2026-01-05"), ("2026-01-04", "2026-01-04")]
-    ended = [one for one in hostile.members if one.summary is not None][: len(times)]
+    ended = [member for member in hostile.members if member.summary is not None][: len(times)]
     told = [
         replace(one, summary=msgspec.structs.replace(one.summary, started=started, ended=end))
         for one, (started, end) in zip(ended, times, strict=True)
     ]
-    missing = [one for one in hostile.members if one.summary is None]
+    missing = [member for member in hostile.members if member.summary is None]
     assert period(with_analysis(hostile, members=(*missing, *told))) == "2026-01-02 03:04:05 to 2026-01-05 UTC"
     assert period(with_analysis(hostile, members=tuple(missing))) == "no run has ended"
 
@@ -228,7 +230,9 @@ def test_methods_and_limits_say_plainly_what_was_really_done(hostile):
     assert "precision 0.90 (38 of 42)" in said
     assert "these values are upper bounds, because one language model wrote and labelled these texts" in said
     own = tuple(one for one in hostile.shown if not one.baseline)
-    alone = with_analysis(hostile, shown=own, members=tuple(one for one in hostile.members if one.shown in own))
+    alone = with_analysis(
+        hostile, shown=own, members=tuple(member for member in hostile.members if member.shown in own)
+    )
     assert any(line.startswith("The sweep has no baselines") for line in limits(alone))
 
 
@@ -245,7 +249,7 @@ def test_docstrings_become_paragraphs_and_items():
 
 
 def test_definitions_say_what_chance_gives():
-    (hazard,) = (one for one in discover() if one.name == "hazard")
+    (hazard,) = (signature for signature in discover() if signature.name == "hazard")
     (of_grids,) = definitions(hazard, [form_of("grid")])
     nulls = {block.name: block.null for block in of_grids.blocks if block.name}
     assert nulls["away_beyond_blind"] == "0: draws each step independently, without regard to fires"
@@ -257,9 +261,10 @@ def test_every_signature_says_how_it_is_measured(form: str):
     for signature in discover():
         found = definitions(signature, [form_of(form)])
         assert signature.is_label or all(
-            one.module.startswith((f"analysis.{form}.signatures.", "analysis.any.signatures.")) for one in found
+            definition.module.startswith((f"analysis.{form}.signatures.", "analysis.any.signatures."))
+            for definition in found
         )
-        assert not found or any(block.name for one in found for block in one.blocks), signature.name
+        assert not found or any(block.name for definition in found for block in definition.blocks), signature.name
 
 
 def test_worlds_that_differ_are_told_apart_setting_by_setting_and_those_that_agree_by_nothing(make_sweep):

@@ -121,24 +121,24 @@ def meetings(*rounds: str, **settings: Any) -> RoundsRun:
 
 
 def test_meetings_worked_by_hand():
-    found = naming.measure(meetings("ab aa", "bc --", "bb bb", "bb bb"))
-    assert found["success"] == 5 / 8 and found["success_last"] == 1
-    assert (found["converged"], found["rounds"]) == (1, 3)
-    assert (found["names"], found["names_last"], found["names_ever"]) == (6 / 4, 1, 3)
-    assert (found["won_ama"], found["won_bodo"], found["won_ceri"]) == (0, 1, 0)
-    assert (found["n_rounds"], found["n_meetings"]) == (4, 8)
-    assert {type(value) for value in found.values()} == {float}
+    measures = naming.measure(meetings("ab aa", "bc --", "bb bb", "bb bb"))
+    assert measures["success"] == 5 / 8 and measures["success_last"] == 1
+    assert (measures["converged"], measures["rounds"]) == (1, 3)
+    assert (measures["names"], measures["names_last"], measures["names_ever"]) == (6 / 4, 1, 3)
+    assert (measures["won_ama"], measures["won_bodo"], measures["won_ceri"]) == (0, 1, 0)
+    assert (measures["n_rounds"], measures["n_meetings"]) == (4, 8)
+    assert {type(value) for value in measures.values()} == {float}
 
 
 @pytest.mark.parametrize("setting", ["established", "committed_name"])
 def test_nobody_wins_where_names_are_not_alike_from_the_start(setting: str):
-    found = naming.measure(meetings("bb bb", **{setting: "ama"}))
-    assert found["converged"] == 1 and math.isnan(found["won_bodo"])
+    measures = naming.measure(meetings("bb bb", **{setting: "ama"}))
+    assert measures["converged"] == 1 and math.isnan(measures["won_bodo"])
 
 
 def test_nobody_wins_without_a_consensus_and_new_names_have_no_column():
-    found = naming.measure(meetings("ab aa", "aa ab"))
-    assert found["converged"] == 0 and math.isnan(found["rounds"]) and math.isnan(found["won_ama"])
+    measures = naming.measure(meetings("ab aa", "aa ab"))
+    assert measures["converged"] == 0 and math.isnan(measures["rounds"]) and math.isnan(measures["won_ama"])
     assert not any(name.startswith("won_") for name in naming.measure(meetings("aa", names=None)))
 
 
@@ -148,16 +148,16 @@ def test_a_consensus_is_nineteen_of_twenty(failures: int, converged: float):
 
 
 def minority(names: Sequence[str | None], committed: str | None) -> tuple[float, float]:
-    found = meetings("ab", "ab", committed_name=committed)
+    rounds_run = meetings("ab", "ab", committed_name=committed)
     last, first = (np.full(len(names), step) for step in (2, 1))
     before = np.array(["bodo"] * len(names), dtype=np.object_)
     said = replace(
-        found,
+        rounds_run,
         step=np.concatenate((first, last)),
         agent=np.concatenate([np.arange(len(names))] * 2),
         kind=np.array(["say"] * 2 * len(names), dtype=np.object_),
         action=np.concatenate((before, np.array(names, dtype=np.object_))),
-        outcome=np.array([0] * len(names) + [0 if one else 2 for one in names]),
+        outcome=np.array([0] * len(names) + [0 if name else 2 for name in names]),
     )
     measured = naming.measure(said)
     return measured["committed_share"], measured["turned"]
@@ -181,8 +181,8 @@ def test_it_is_about_meetings_alone_in_which_one_name_wins_at_once_or_never():
 
 
 def test_who_answers_best_agrees_within_thirty_rounds():
-    found = [naming.measure(scripted_run("naming", "best_response", seed, until="consensus")) for seed in range(2)]
-    assert all(one["converged"] == 1 and 1 < one["rounds"] == one["n_rounds"] for one in found)
+    measures = [naming.measure(scripted_run("naming", "best_response", seed, until="consensus")) for seed in range(2)]
+    assert all(one["converged"] == 1 and 1 < one["rounds"] == one["n_rounds"] for one in measures)
 
 
 def rounds_of(*rounds: tuple[int | str, ...], readable: bool = False) -> dict[str, float]:
@@ -227,9 +227,9 @@ def test_who_gives_less_every_round_by_itself_follows_nobody():
 def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
     settings = games.GOODS | {"agents": 3, "steps": 1, "cost": 2, "loss": 3}
     said = [*map(deciding, (20, 10, 10)), *map(deciding, ("agent 2", "agent 2", "nobody"))]
-    found = public_goods.measure(answered_run(games.punished(**settings), said, settings))
-    assert (found["punishing"], found["spent"], found["antisocial"]) == pytest.approx((2 / 3, 4 / 3, 1 / 2))
-    assert found["efficiency"] == pytest.approx((40 - (2 * 2 + 2 * 3)) / 3 / 20)
+    measures = public_goods.measure(answered_run(games.punished(**settings), said, settings))
+    assert (measures["punishing"], measures["spent"], measures["antisocial"]) == pytest.approx((2 / 3, 4 / 3, 1 / 2))
+    assert measures["efficiency"] == pytest.approx((40 - (2 * 2 + 2 * 3)) / 3 / 20)
 
 
 @pytest.mark.parametrize(
@@ -253,14 +253,14 @@ def test_games_with_different_questions_are_compared_by_their_own_measures_in_th
     asked = ("-m", "world=public_goods,public_goods_punishment", "model=scripted/first,scripted/random", "seed=0-6")
     rest = ("prompt=public_goods", "world.steps=2", "world.agents=3", "analyze=false", "output.dir=games")
     succeeds(*asked, *rest, cwd=tmp_path)
-    found = analyze(tmp_path / "games", plots=False, family=["idle_rate.chosen"])
-    measures = found.contrasts.groupby("factor")["signature"].unique()
+    analysis = analyze(tmp_path / "games", plots=False, family=["idle_rate.chosen"])
+    measures = analysis.contrasts.groupby("factor")["signature"].unique()
     assert {"public_goods", "idle_rate"} <= set(measures["model"])
     assert "public_goods" in measures["world"] and "idle_rate" not in measures["world"]
-    assert any("ask different questions: public_goods and public_goods_punishment" in note for note in found.notes)
-    for others in (found.variance["measure"], found.fingerprint.measures):
+    assert any("ask different questions: public_goods and public_goods_punishment" in note for note in analysis.notes)
+    for others in (analysis.variance["measure"], analysis.fingerprint.measures):
         assert "public_goods.score" in set(others) and "idle_rate.chosen" not in set(others)
-    titles = means_picture(found.compared, found.shown, "idle_rate").says
+    titles = means_picture(analysis.compared, analysis.shown, "idle_rate").says
     assert "Chose to do nothing" in titles and "stay" not in titles
-    differing = [line for line in found.summary if "idle_rate.chosen" in line]
+    differing = [line for line in analysis.summary if "idle_rate.chosen" in line]
     assert differing and all("does nothing" in line and "stays" not in line for line in differing)

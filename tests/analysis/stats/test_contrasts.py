@@ -22,26 +22,26 @@ def only(rows: list[dict[str, object]], **more) -> pd.Series:
 
 
 def test_differences_are_paired_by_seed_within_the_possible_range():
-    found = only([*runs("a", FIRST), *runs("b", SECOND)])
+    column = only([*runs("a", FIRST), *runs("b", SECOND)])
     differences = np.subtract(SECOND, FIRST)
-    assert (found["level"], found["reference"], found["factor"], found["context"]) == ("b", "a", "model", "")
-    assert found["difference"] == pytest.approx(differences.mean())
-    assert (found["low"], found["high"]) == pytest.approx((differences.min(), differences.max()))
-    assert (found["interval"], found["test"], found["n_pairs"]) == ("sign-flip", "sign-flip", 6)
-    assert (found["mean_level"], found["mean_reference"]) == pytest.approx((np.mean(SECOND), np.mean(FIRST)))
-    assert found["superiority"] == pytest.approx(4 / 6 + 1 / 6)
-    assert found["p"] == pytest.approx(2 / 16)
-    found = only([*runs("a", [0.1] * 6), *runs("a", [0.3] * 6), *runs("b", SECOND)])
-    assert (found["n_pairs"], found["mean_reference"]) == (6, pytest.approx(0.2)), "repeats of a seed count once"
-    found = only([*runs("a", [0, 0, 0, 0, 0, 1.0]), *runs("b", [1, 1, 1, 1, 1, 0.9])])
-    assert found["high"] == 1.0, "differences cannot leave the possible range"
+    assert (column["level"], column["reference"], column["factor"], column["context"]) == ("b", "a", "model", "")
+    assert column["difference"] == pytest.approx(differences.mean())
+    assert (column["low"], column["high"]) == pytest.approx((differences.min(), differences.max()))
+    assert (column["interval"], column["test"], column["n_pairs"]) == ("sign-flip", "sign-flip", 6)
+    assert (column["mean_level"], column["mean_reference"]) == pytest.approx((np.mean(SECOND), np.mean(FIRST)))
+    assert column["superiority"] == pytest.approx(4 / 6 + 1 / 6)
+    assert column["p"] == pytest.approx(2 / 16)
+    column = only([*runs("a", [0.1] * 6), *runs("a", [0.3] * 6), *runs("b", SECOND)])
+    assert (column["n_pairs"], column["mean_reference"]) == (6, pytest.approx(0.2)), "repeats of a seed count once"
+    column = only([*runs("a", [0, 0, 0, 0, 0, 1.0]), *runs("b", [1, 1, 1, 1, 1, 0.9])])
+    assert column["high"] == 1.0, "differences cannot leave the possible range"
 
 
 def test_rows_of_a_server_that_does_not_repeat_itself_say_so_and_no_others():
-    found = contrasts(
+    frame = contrasts(
         table([*runs("a", FIRST), *runs("b", SECOND), *runs("c", FIRST)]), repeating={"b": "b repeats 8 of 10"}
     )
-    said = found.set_index(["level", "reference"])["note"].str.contains("b repeats 8 of 10")
+    said = frame.set_index(["level", "reference"])["note"].str.contains("b repeats 8 of 10")
     assert said.to_dict() == {("b", "a"): True, ("c", "a"): False, ("c", "b"): True}
 
 
@@ -49,16 +49,16 @@ def test_a_missing_run_a_seed_never_asked_and_an_undefined_measure_are_told_apar
     first = runs("a", [0.1, math.nan, 0.3, 0.2, 0.5, 0.4, 0.1, 0.3])
     first[1]["status"] = "failed"
     second = runs("b", [0.2, 0.9, math.nan, 0.7, 0.6, 0.8, 0.9, 0.7])
-    found = only([*first, *second])
-    assert (found["n_pairs"], found["n_missing"], found["n_undefined"]) == (6, 1, 1)
-    assert found["mean_level"] - found["mean_reference"] == pytest.approx(found["difference"])
-    assert found["note"] == "missing in 1 of 8 seeds; undefined in 1 of 8 seeds"
-    known = found["difference"] * 6
-    assert found["bound_low"] == pytest.approx((known + 0.9 - 1) / 7)
-    assert found["bound_high"] == pytest.approx((known + 0.9 - 0) / 7)
-    found = only([*runs("a", FIRST), *runs("b", [*SECOND, 0.5])])
-    assert (found["n_pairs"], found["n_missing"]) == (6, 1)
-    assert not math.isnan(found["bound_low"])
+    column = only([*first, *second])
+    assert (column["n_pairs"], column["n_missing"], column["n_undefined"]) == (6, 1, 1)
+    assert column["mean_level"] - column["mean_reference"] == pytest.approx(column["difference"])
+    assert column["note"] == "missing in 1 of 8 seeds; undefined in 1 of 8 seeds"
+    known = column["difference"] * 6
+    assert column["bound_low"] == pytest.approx((known + 0.9 - 1) / 7)
+    assert column["bound_high"] == pytest.approx((known + 0.9 - 0) / 7)
+    column = only([*runs("a", FIRST), *runs("b", [*SECOND, 0.5])])
+    assert (column["n_pairs"], column["n_missing"]) == (6, 1)
+    assert not math.isnan(column["bound_low"])
     missing = [*runs("a", FIRST, "path.made_up"), *runs("b", SECOND[:5], "path.made_up")]
     assert math.isnan(only(missing)["bound_low"])
 
@@ -73,10 +73,10 @@ def test_a_missing_run_a_seed_never_asked_and_an_undefined_measure_are_told_apar
     ],
 )
 def test_what_cannot_be_tested_has_no_p_and_says_why(first, second, why):
-    found = only([*runs("a", first), *runs("b", second)])
-    assert found["test"] == f"not tested: {why}"
-    assert math.isnan(found["p"])
-    assert not found["significant"]
+    column = only([*runs("a", first), *runs("b", second)])
+    assert column["test"] == f"not tested: {why}"
+    assert math.isnan(column["p"])
+    assert not column["significant"]
 
 
 @pytest.mark.parametrize("n", [6, 10, 17])
@@ -100,19 +100,19 @@ def test_five_pairs_have_students_interval_and_equal_differences_none_and_are_te
     equal = only([*runs("a", [0.1] * 6), *runs("b", [0.3] * 6)])
     assert (few["interval"], few["note"]) == ("t", "descriptive (n < 6)")
     assert (equal["interval"], equal["p"], equal["note"]) == ("", 2 / 2**6, "no variation")
-    found = only([*runs("a", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), *runs("b", [0.2, 0.3, 0.4, 0.5, 0.6, 0.7])])
-    assert (found["test"], found["p"], found["significant"]) == ("sign-flip", 2 / 2**6, True)
+    column = only([*runs("a", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), *runs("b", [0.2, 0.3, 0.4, 0.5, 0.6, 0.7])])
+    assert (column["test"], column["p"], column["significant"]) == ("sign-flip", 2 / 2**6, True)
 
 
 def test_outcomes_are_tested_as_mcnemars_exact_test_does_unless_they_are_equal_in_every_seed():
     measure = "path_efficiency.success"
-    found = only([*runs("a", [0] * 7 + [1] * 3, measure), *runs("b", [1] * 6 + [0, 1, 1, 1], measure)])
-    assert (found["test"], found["p"]) == ("sign-flip", pytest.approx(0.03125))
-    found = only([*runs("a", [0] * 6, measure), *runs("b", [1] * 6, measure)])
-    assert (found["test"], found["p"]) == ("sign-flip", pytest.approx(0.03125))
-    assert (found["difference"], found["significant"]) == (1, True)
-    found = only([*runs("a", [0, 1] * 3, measure), *runs("b", [0, 1] * 3, measure)])
-    assert found["test"] == "not tested: no difference in any seed"
+    column = only([*runs("a", [0] * 7 + [1] * 3, measure), *runs("b", [1] * 6 + [0, 1, 1, 1], measure)])
+    assert (column["test"], column["p"]) == ("sign-flip", pytest.approx(0.03125))
+    column = only([*runs("a", [0] * 6, measure), *runs("b", [1] * 6, measure)])
+    assert (column["test"], column["p"]) == ("sign-flip", pytest.approx(0.03125))
+    assert (column["difference"], column["significant"]) == (1, True)
+    column = only([*runs("a", [0, 1] * 3, measure), *runs("b", [0, 1] * 3, measure)])
+    assert column["test"] == "not tested: no difference in any seed"
 
 
 def test_every_pair_of_levels_is_compared_within_the_same_context():
@@ -162,7 +162,7 @@ def test_tests_are_corrected_over_the_measures_of_a_pair_and_over_the_pairs():
     values = rng.normal(size=(3, 20, 2)) + np.array([0, 0.5, 1])[:, None, None]
     frame = contrasts(table_of(values, measures), family=measures)
     differences = [values[second] - values[first] for first, second in ((0, 1), (0, 2), (1, 2))]
-    inside = np.concatenate([step_down_p(one.T) for one in differences])
+    inside = np.concatenate([step_down_p(difference.T) for difference in differences])
     assert frame["p_adjusted"].tolist() == pytest.approx(over_pairs(inside, np.repeat([0, 1, 2], 2)).tolist())
     assert frame["significant"].equals(frame["p_adjusted"] <= 0.05) and 0 < frame["significant"].sum() < 6
     assert (frame["family"] == 6).all() and (frame["pairs"] == 3).all()
@@ -212,8 +212,8 @@ def test_a_measure_that_is_missing_in_some_seeds_takes_part_and_can_win_last():
 
 @pytest.mark.parametrize(("alpha", "reached"), [(2 / 2**6, True), (1.9 / 2**6, False)])
 def test_the_least_p_of_six_pairs_is_within_reach_of_its_own_level(alpha: float, reached: bool):
-    found = only([*runs("a", FIRST), *runs("b", SECOND)], alpha=alpha)
-    assert (found["out_of_reach"] == "") is reached
+    column = only([*runs("a", FIRST), *runs("b", SECOND)], alpha=alpha)
+    assert (column["out_of_reach"] == "") is reached
 
 
 def test_the_same_is_claimed_only_with_a_margin_a_range_and_six_pairs():
@@ -224,8 +224,8 @@ def test_the_same_is_claimed_only_with_a_margin_a_range_and_six_pairs():
     assert math.isnan(without["margin"])
     assert (wide["widest"], narrow["n_within"]) == (1, 6)
     assert wide["p_equivalence"] < 0.05 < narrow["p_equivalence"]
-    found = only([*runs("a", FIRST, "path.made_up"), *runs("b", FIRST, "path.made_up")], margins={"path.made_up": 0.5})
-    assert math.isnan(found["p_equivalence"]) and not found["equivalent"]
+    column = only([*runs("a", FIRST, "path.made_up"), *runs("b", FIRST, "path.made_up")], margins={"path.made_up": 0.5})
+    assert math.isnan(column["p_equivalence"]) and not column["equivalent"]
     rows = [*runs("a", FIRST[:5]), *runs("b", SECOND[:5])]
     assert math.isnan(only(rows, margins={MEASURE: 5.0})["p_equivalence"])
 
@@ -280,5 +280,5 @@ def test_the_default_family_holds_the_first_headline_that_each_world_has():
         for seed in range(6)
     ]
     for names, declared in ((("drawn", "fixed"), {drawn, fixed}), (("drawn",), {drawn}), (("fixed",), {fixed})):
-        found = contrasts(table([row for row in rows if row["world"] in names]))
-        assert set(found.loc[found["headline"], "measure"]) == declared
+        frame = contrasts(table([row for row in rows if row["world"] in names]))
+        assert set(frame.loc[frame["headline"], "measure"]) == declared

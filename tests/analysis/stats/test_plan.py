@@ -31,10 +31,10 @@ def p_by_hand(measure: int, seeds: list[list[int]]) -> np.ndarray:
 
 
 def test_declared_rows_say_their_look_and_level_and_correct_over_measures_and_looks_together():
-    found = rows()
-    assert found["claim"].to_dict() == dict(zip(MEASURES, ["declared", "declared", "exploratory"], strict=True))
-    assert found["look"].tolist() == [2, 2, 0]
-    assert found["alpha"].tolist()[:2] == pytest.approx([levels(LOOKS, np.array([0.05]))[1, 0]] * 2)
+    frame = rows()
+    assert frame["claim"].to_dict() == dict(zip(MEASURES, ["declared", "declared", "exploratory"], strict=True))
+    assert frame["look"].tolist() == [2, 2, 0]
+    assert frame["alpha"].tolist()[:2] == pytest.approx([levels(LOOKS, np.array([0.05]))[1, 0]] * 2)
     seeds = [list(range(6)), list(range(9))]
     corrected = [step_down_p((VALUES[1, own, :2] - VALUES[0, own, :2]).T) for own in seeds]
     assert rows()["p_adjusted"].tolist()[:2] == pytest.approx(sequential_p(LOOKS, np.array(corrected)).tolist())
@@ -54,35 +54,35 @@ def test_a_verdict_has_the_numbers_of_the_look_that_decided_it():
     turned[1, :8] += 0.4
     turned[0, 8:] += 0.9
     plan = replace(PLAN, looks=(8, 12), reached=2)
-    found = contrasts(table_of(turned, MEASURES[:2]), plan=plan).iloc[0]
+    column = contrasts(table_of(turned, MEASURES[:2]), plan=plan).iloc[0]
     early = contrasts(table_of(turned[:, :8], MEASURES[:2]), plan=replace(plan, reached=1)).iloc[0]
     own = [name for name in COLUMNS if name != "note"]
-    assert (found["look"], found["n_pairs"], found["significant"]) == (1, 8, True)
-    assert found["low"] > 0 and (turned[1] - turned[0]).mean(axis=0)[0] < 0
-    pd.testing.assert_series_equal(found[own], early[own], check_names=False)
-    assert found["note"].startswith("over all 12 seeds the difference is -0.")
+    assert (column["look"], column["n_pairs"], column["significant"]) == (1, 8, True)
+    assert column["low"] > 0 and (turned[1] - turned[0]).mean(axis=0)[0] < 0
+    pd.testing.assert_series_equal(column[own], early[own], check_names=False)
+    assert column["note"].startswith("over all 12 seeds the difference is -0.")
 
 
 def test_looks_follow_the_order_of_the_plan_and_nothing_is_claimed_before_the_first():
     backwards = replace(PLAN, seeds=tuple(reversed(range(14))), reached=1)
     assert rows(plan=backwards)["p"].iloc[0] == pytest.approx(p_by_hand(0, [list(range(8, 14))]).item())
-    found = rows(plan=replace(PLAN, reached=0)).iloc[0]
-    assert (found["test"], found["look"], found["significant"]) == ("not tested: before the first look", 0, False)
-    assert math.isnan(found["p_adjusted"])
+    column = rows(plan=replace(PLAN, reached=0)).iloc[0]
+    assert (column["test"], column["look"], column["significant"]) == ("not tested: before the first look", 0, False)
+    assert math.isnan(column["p_adjusted"])
 
 
 def test_the_declared_family_holds_no_other_group_and_keeps_what_never_differs():
     values = np.concatenate([VALUES, VALUES[:1] + 2])
-    found = contrasts(table_of(values, MEASURES), plan=PLAN)
-    declared = found[found["claim"] == "declared"]
+    frame = contrasts(table_of(values, MEASURES), plan=PLAN)
+    declared = frame[frame["claim"] == "declared"]
     assert set(declared["level"] + declared["reference"]) == {"ba"}
     assert declared["family"].tolist() == [2, 2]
     flat = VALUES.copy()
     flat[1, :, 1] = flat[0, :, 1]
-    found = rows(flat)
-    assert found["family"].tolist()[:2] == [2, 2]
-    assert math.isnan(found["p_adjusted"].iloc[1])
-    assert found["p_adjusted"].iloc[0] == pytest.approx(
+    frame = rows(flat)
+    assert frame["family"].tolist()[:2] == [2, 2]
+    assert math.isnan(frame["p_adjusted"].iloc[1])
+    assert frame["p_adjusted"].iloc[0] == pytest.approx(
         sequential_p(LOOKS, p_by_hand(0, [list(range(6)), list(range(9))])).item()
     )
 
@@ -107,8 +107,8 @@ def test_values_that_are_equal_in_each_seed_are_the_same_and_those_beyond_a_marg
     equal = np.repeat(VALUES[:1], 2, axis=0)
     margins = {MEASURES[0]: 0.3}
     for looks, p in (((8,), 0.7**8), ((9,), 0.7**9)):
-        found = rows(equal, replace(PLAN, margins=margins, looks=looks, reached=1)).iloc[0]
-        assert (found["p_equivalence"], found["equivalent"]) == (pytest.approx(p), p <= 0.05)
+        column = rows(equal, replace(PLAN, margins=margins, looks=looks, reached=1)).iloc[0]
+        assert (column["p_equivalence"], column["equivalent"]) == (pytest.approx(p), p <= 0.05)
     far = VALUES.copy()
     far[1] += 5
     assert rows(far, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0] == 1
@@ -120,13 +120,13 @@ def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_i
     near = np.zeros((2, 12, 1))
     near[1, :, 0] = [0.05, -0.05] * 6
     plans = plan, replace(plan, widest={})
-    found, without = (contrasts(table_of(near, [measure]), plan=one).iloc[0] for one in plans)
-    assert (found["widest"], found["n_within"], found["equivalent"]) == (0.3, 10, True)
+    column, without = (contrasts(table_of(near, [measure]), plan=plan).iloc[0] for plan in plans)
+    assert (column["widest"], column["n_within"], column["equivalent"]) == (0.3, 10, True)
     assert math.isnan(without["p_equivalence"]) and not without["equivalent"]
     near[1, 11] = 0.4
-    found = contrasts(table_of(near, [measure]), plan=plan).iloc[0]
-    assert (found["p_equivalence"], found["equivalent"]) == (1, False)
-    assert "a seed differs by 0.4, more than the declared 0.3, so equality cannot be claimed" in found["note"]
+    column = contrasts(table_of(near, [measure]), plan=plan).iloc[0]
+    assert (column["p_equivalence"], column["equivalent"]) == (1, False)
+    assert "a seed differs by 0.4, more than the declared 0.3, so equality cannot be claimed" in column["note"]
 
 
 def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_seeds():

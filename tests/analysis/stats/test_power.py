@@ -48,21 +48,21 @@ def test_the_power_is_that_of_the_noncentral_t(effect, n, level):
 def test_the_promised_seeds_give_the_promised_power_by_the_test_in_use(effect: float, seeds: int):
     normal = np.random.default_rng(0).normal(size=200)
     wanted = effect * normal.std(ddof=1)
-    found = power(table([*runs("a", [0] * 200), *runs("b", normal.tolist())]), difference=wanted).iloc[0]
-    assert found["n_alone"] == seeds
+    column = power(table([*runs("a", [0] * 200), *runs("b", normal.tolist())]), difference=wanted).iloc[0]
+    assert column["n_alone"] == seeds
     again = np.random.default_rng(1).normal(wanted, size=(1_000, seeds))
     assert (sign_flip_p(again) <= 0.05).mean() > 0.78
 
 
 def test_a_pilot_gives_its_own_difference_and_large_ones_still_need_six_seeds():
-    found = judged()
+    column = judged()
     differences = np.subtract(SECOND, FIRST)
-    assert (found["observed"], found["sd"]) == pytest.approx((differences.mean(), differences.std(ddof=1)))
-    assert found["difference"] == abs(found["observed"])
-    assert (found["n_pairs"], found["family"], found["n_exact"]) == (8, 1, 6)
-    assert found["n_alone"] == found["n_family"] < found["n_cautious"]
-    found = judged(difference=5.0)
-    assert (found["n_alone"], found["n_family"]) == (6, 6)
+    assert (column["observed"], column["sd"]) == pytest.approx((differences.mean(), differences.std(ddof=1)))
+    assert column["difference"] == abs(column["observed"])
+    assert (column["n_pairs"], column["family"], column["n_exact"]) == (8, 1, 6)
+    assert column["n_alone"] == column["n_family"] < column["n_cautious"]
+    column = judged(difference=5.0)
+    assert (column["n_alone"], column["n_family"]) == (6, 6)
 
 
 def test_the_cautious_spread_is_exceeded_in_one_of_five_pilots():
@@ -78,12 +78,12 @@ def of_models(names: str) -> pd.DataFrame:
 
 @pytest.mark.slow
 def test_more_tests_need_more_seeds_and_looks_are_cautious_of_their_family():
-    found = of_models("abc")
-    assert found["family"].unique().tolist() == [3]
-    assert found["n_exact"].unique().tolist() == [7]
-    assert (found["n_family"] > found["n_alone"]).all()
-    of_family = with_looks(found, LOOKS).iloc[1]
-    alone = with_looks(found.assign(pairs=1), LOOKS).iloc[1]
+    frame = of_models("abc")
+    assert frame["family"].unique().tolist() == [3]
+    assert frame["n_exact"].unique().tolist() == [7]
+    assert (frame["n_family"] > frame["n_alone"]).all()
+    of_family = with_looks(frame, LOOKS).iloc[1]
+    alone = with_looks(frame.assign(pairs=1), LOOKS).iloc[1]
     assert of_family["power_cautious"] < of_family["power"] < alone["power"]
     assert of_family["seeds_cautious"] > of_family["seeds"] > alone["seeds"]
     equal = power(table([*runs("a", [0.1] * 8), *runs("b", [0.1] * 8)]))
@@ -99,9 +99,9 @@ def test_more_tests_need_more_seeds_and_looks_are_cautious_of_their_family():
     ],
 )
 def test_what_a_pilot_cannot_tell_is_said(second, note):
-    found = judged(second)
-    assert found["note"] == note
-    assert math.isnan(found["n_cautious"])
+    column = judged(second)
+    assert column["note"] == note
+    assert math.isnan(column["n_cautious"])
 
 
 @pytest.mark.slow
@@ -184,9 +184,9 @@ def test_smaller_differences_need_more_seeds_more_power_more_and_calls_stand_bes
 
 def test_looks_say_how_often_and_how_early_a_difference_is_found(plan_printed):
     text = plan_printed("--looks", "8,12,20", "--difference", "0.05", "--measure", MEASURE)
-    found = seeds_of(text)
-    assert 0.5 < float(found[5]) <= 1
-    assert 8 <= float(found[6]) <= float(found[8]) <= 20
+    texts = seeds_of(text)
+    assert 0.5 < float(texts[5]) <= 1
+    assert 8 <= float(texts[6]) <= float(texts[8]) <= 20
     assert "at level .05, corrected for " in text
 
 

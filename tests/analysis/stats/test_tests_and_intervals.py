@@ -115,9 +115,9 @@ def test_where_resamples_have_no_spread_the_interval_stays_finite():
 
 
 def test_outcomes_get_wilsons_interval_even_when_all_are_the_same():
-    found = estimates(np.ones((1, 10)), np.zeros(1), np.ones(1), binary=np.array([True])).row(0)
-    assert (found.interval, found.note, found.high) == ("wilson", "", pytest.approx(1.0))
-    assert found.low == pytest.approx(stats.binomtest(10, 10).proportion_ci(method="wilson").low)
+    estimate = estimates(np.ones((1, 10)), np.zeros(1), np.ones(1), binary=np.array([True])).row(0)
+    assert (estimate.interval, estimate.note, estimate.high) == ("wilson", "", pytest.approx(1.0))
+    assert estimate.low == pytest.approx(stats.binomtest(10, 10).proportion_ci(method="wilson").low)
 
 
 def test_rows_with_gaps_and_very_many_rows_are_estimated_as_if_alone():
@@ -157,7 +157,7 @@ def test_sign_flips_have_their_least_p_refuse_a_missing_pair_and_are_mcnemars_ex
     assert sign_flip_p(np.array([inputs["diffs"]]))[0] == close(expected)
     assert least_p(5) == close(expected)
     inputs, _ = example("nan_permutation_trap")
-    differences = np.array([[math.nan if one is None else one for one in inputs["a"]]])
+    differences = np.array([[math.nan if given is None else given for given in inputs["a"]]])
     with pytest.raises(ValueError, match="NaN"):
         sign_flip_p(differences)
     assert sign_flip_p(differences[:, ~np.isnan(differences[0])])[0] == close(0.0625)
@@ -234,8 +234,8 @@ def test_ninety_five_intervals_in_a_hundred_hold_the_mean():
 def test_a_model_that_fails_in_one_seed_of_ten_is_seldom_called_the_same(seeds: int):
     fails = np.random.default_rng(seeds).random((1, seeds, 1000)) < 0.1
     names = [f"place_choice.share_{index}" for index in range(1000)]
-    found = contrasts(table_of(np.concatenate([0 * fails, fails]), names), margins=dict.fromkeys(names, 0.1))
-    assert (found["p_equivalence"] <= 0.05).mean() <= 0.05 + chance_error(0.05, 1000)
+    frame = contrasts(table_of(np.concatenate([0 * fails, fails]), names), margins=dict.fromkeys(names, 0.1))
+    assert (frame["p_equivalence"] <= 0.05).mean() <= 0.05 + chance_error(0.05, 1000)
 
 
 def test_the_tabled_quantiles_are_those_of_scipy():

@@ -24,11 +24,11 @@ def row(comparison, group: str) -> pd.Series:
 
 
 def test_repeats_of_a_seed_count_once_and_missing_values_are_counted():
-    found = row(groups_of([*runs("a", [0.1, 0.2]), *runs("a", [0.3, 0.4])]), "a")
-    assert (found["runs"], found["n"]) == (4, 2)
-    assert found["mean"] == pytest.approx(0.25)
-    found = row(groups_of(runs("a", [0.1, math.nan, 0.3])), "a")
-    assert (found["runs"], found["n"], found["mean"]) == (3, 2, pytest.approx(0.2))
+    column = row(groups_of([*runs("a", [0.1, 0.2]), *runs("a", [0.3, 0.4])]), "a")
+    assert (column["runs"], column["n"]) == (4, 2)
+    assert column["mean"] == pytest.approx(0.25)
+    column = row(groups_of(runs("a", [0.1, math.nan, 0.3])), "a")
+    assert (column["runs"], column["n"], column["mean"]) == (3, 2, pytest.approx(0.2))
 
 
 def test_groups_and_baselines_are_described_by_the_measures_their_runs_have():
@@ -50,8 +50,8 @@ def winners_of(**won: str) -> Comparison:
     values = {
         (model,): pd.DataFrame(
             [
-                {f"naming.won_{name}": np.nan if one == "-" else float(one == name[0]) for name in NAMES}
-                for one in winners
+                {f"naming.won_{name}": np.nan if winner == "-" else float(winner == name[0]) for name in NAMES}
+                for winner in winners
             ]
         )
         for model, winners in won.items()
@@ -74,9 +74,9 @@ def test_seeds_are_counted_by_group_without_those_that_have_no_outcome_or_row():
     assert (first["model"], first["n"], first["outcomes"], first["most"]) == ("a", 3, 3, "ama")
     assert first["share"] == pytest.approx(2 / 3) and first["counts"] == "ama 2, bodo 1"
     assert (second["model"], second["counts"], second["chi_square"]) == ("b", "ceri 6", 12) and second["p"] < 0.02
-    found = winners_of(a="aab", b="ccc")
-    estimates = {key: one for key, one in found.estimates.items() if key[1] == ("b",)}
-    frame = equal_chances(Comparison(pd.DataFrame(), ("model",), found.values, estimates))
+    comparison = winners_of(a="aab", b="ccc")
+    estimates = {key: estimate for key, estimate in comparison.estimates.items() if key[1] == ("b",)}
+    frame = equal_chances(Comparison(pd.DataFrame(), ("model",), comparison.values, estimates))
     assert frame["model"].tolist() == ["b"]
     (row,) = equal_chances_table(frame).rows
     assert row[:4] == ("naming.won_*", "b", "ceri 3", "3")

@@ -59,7 +59,9 @@ def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of
     pd.testing.assert_frame_equal(table, two_models.runs)
     names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
     assert names == sorted(names, key=list(dict.fromkeys(names)).index)
-    expected = {one.name for one in signatures.discover() if one.part(GridRun) and not one.is_label}
+    expected = {
+        signature.name for signature in signatures.discover() if signature.part(GridRun) and not signature.is_label
+    }
     elsewhere = {
         "utility",
         "evacuation",
@@ -78,13 +80,13 @@ def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep):
     folder = make_sweep([make_condition("a", [0, 1, 2])])
     rewrite_run(folder.runs()[0], "failed")
     rewrite_run(folder.runs()[1], "unfinished")
-    found = analyze([folder.path])
-    assert found.runs["status"].tolist() == ["failed", "unfinished", "complete"]
-    assert found.runs["failure.rate"].tolist()[0] == 1
-    assert math.isnan(found.runs["failure.rate"][1])
-    assert found.runs["idle_rate.chosen"].isna().tolist() == [True, True, False]
-    assert any("1 of 3 runs are complete; missing: 1 failed, 1 unfinished" in note for note in found.notes)
-    rates = found.comparison.set_index("measure").loc["failure.rate"]
+    analysis = analyze([folder.path])
+    assert analysis.runs["status"].tolist() == ["failed", "unfinished", "complete"]
+    assert analysis.runs["failure.rate"].tolist()[0] == 1
+    assert math.isnan(analysis.runs["failure.rate"][1])
+    assert analysis.runs["idle_rate.chosen"].isna().tolist() == [True, True, False]
+    assert any("1 of 3 runs are complete; missing: 1 failed, 1 unfinished" in note for note in analysis.notes)
+    rates = analysis.comparison.set_index("measure").loc["failure.rate"]
     assert (rates["n"], rates["mean"]) == (2, 0.5)
     rewrite_run(folder.runs()[2], "failed")
     assert analyze([folder.path]).declared == (), "nothing is complete"
@@ -103,37 +105,37 @@ def limited(world, limit, seeds=range(6)):
 @pytest.mark.slow
 def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep):
     conditions = [limited({**WORLD, "steps": 3}, limit) for limit in (None, 2)]
-    found = analyze([make_sweep(conditions).path])
-    assert found.compared.groups == [("a", "none"), ("a", "2")]
-    rates = found.comparison.set_index("measure").loc["failure.rate"]
+    analysis = analyze([make_sweep(conditions).path])
+    assert analysis.compared.groups == [("a", "none"), ("a", "2")]
+    rates = analysis.comparison.set_index("measure").loc["failure.rate"]
     assert rates["world.limit"].tolist() == ["none", "2"]
     assert (rates["n"].tolist(), rates["runs"].tolist()) == ([6, 6], [6, 6])
-    pairs = found.contrasts[["factor", "level", "reference"]].drop_duplicates()
+    pairs = analysis.contrasts[["factor", "level", "reference"]].drop_duplicates()
     assert pairs.values.tolist() == [["world.limit", "2", "none"]]
-    assert pd.read_csv(found.path / "comparison.csv")["world.limit"].unique().tolist() == ["none", "2"]
+    assert pd.read_csv(analysis.path / "comparison.csv")["world.limit"].unique().tolist() == ["none", "2"]
 
 
 def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep):
     world = {**WORLD, "steps": 3}
     conditions = [limited(world, limit, range(1)) for limit in ("few", "many")]
     other = make_condition("a", range(1), world={**world, "name": "other"})
-    found = compared(make_sweep([*conditions, other]))
-    assert found.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
+    comparison = compared(make_sweep([*conditions, other]))
+    assert comparison.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
 
 
 @pytest.mark.slow
 def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_up_in_the_other(make_sweep):
     first = make_sweep([of_agents(WORLD, n, [0]) for n in (2, 6)], name="first")
     second = make_sweep([make_condition("b", [0])], name="second")
-    found = analyze([first.path, second.path])
-    assert found.path == first.path / "analysis_of_2_folders" and not second.analysis_dir.exists()
+    analysis = analyze([first.path, second.path])
+    assert analysis.path == first.path / "analysis_of_2_folders" and not second.analysis_dir.exists()
     assert [file.name for file in first.analysis_dir.iterdir()] == ["measured.sqlite"]
-    assert found.runs["sweep"].tolist() == ["first", "first", "second"]
-    assert found.runs["world.agents"].tolist() == [2, 6, 6]
-    assert found.compared.group_columns == ("model", "world.agents")
-    assert found.compared.groups == [("a", "2"), ("a", "6"), ("b", "6")]
-    assert "world.agents" not in set(found.comparison["measure"])
-    steps = pd.read_parquet(found.path / "steps.parquet")
+    assert analysis.runs["sweep"].tolist() == ["first", "first", "second"]
+    assert analysis.runs["world.agents"].tolist() == [2, 6, 6]
+    assert analysis.compared.group_columns == ("model", "world.agents")
+    assert analysis.compared.groups == [("a", "2"), ("a", "6"), ("b", "6")]
+    assert "world.agents" not in set(analysis.comparison["measure"])
+    steps = pd.read_parquet(analysis.path / "steps.parquet")
     assert steps["sweep"].value_counts().to_dict() == {"first": 25 * 8, "second": 25 * 6}
 
 
@@ -177,13 +179,18 @@ def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_pro
 
     folder = make_sweep(of("a"))
     write_sweep(folder.baselines_dir, of("b"))
-    found = compared(folder)
-    assert found.groups == [("a", "hall", "hall"), ("a", "room", "room"), ("b", "hall", "any"), ("b", "room", "any")]
-    assert comparison_table(found).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
+    comparison = compared(folder)
+    assert comparison.groups == [
+        ("a", "hall", "hall"),
+        ("a", "room", "room"),
+        ("b", "hall", "any"),
+        ("b", "room", "any"),
+    ]
+    assert comparison_table(comparison).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
 
 
 def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_schemas_within_one_world(make_sweep):
-    found = compared(
+    comparison = compared(
         make_sweep(
             [
                 make_condition(model, [0], world={**WORLD, "name": world}, model_settings=schemas(most))
@@ -192,8 +199,8 @@ def test_a_model_is_one_in_worlds_that_bring_schemas_of_their_own_and_two_by_sch
             ]
         )
     )
-    assert found.groups == [("a", "hall"), ("a", "room"), ("b", "hall"), ("b", "room")]
-    assert len({one.colour for one in shown_groups(found)}) == 2
+    assert comparison.groups == [("a", "hall"), ("a", "room"), ("b", "hall"), ("b", "room")]
+    assert len({shown_group.colour for shown_group in shown_groups(comparison)}) == 2
     folders = [make_sweep([make_condition("a", [0], model_settings=schemas(most))], name=f"s{most}") for most in (1, 2)]
     first, second = (group[0] for group in compared(*folders).groups)
     assert first != second and first.startswith("a #") and second.startswith("a #")
@@ -207,11 +214,11 @@ def test_many_runs_are_measured_in_processes_with_the_same_result(monkeypatch, m
     broken.write_text("1 / 0\n", encoding="utf-8")
     joblib.Parallel(n_jobs=-1)(joblib.delayed(use)([tmp_path / "earlier"]) for _ in range(8))
     folder = make_sweep([make_condition("a", range(18), world={**WORLD, "steps": 2, "agents": 2})])
-    found = analyze([folder.path]).runs
+    frame = analyze([folder.path]).runs
     one = folder.runs()[17]
     values = signatures.measure(read_run(one, read_records(one, one.summary())))
-    assert found["seed"].tolist() == list(range(18))
-    assert found.iloc[17][list(values)].to_dict() == pytest.approx(values, nan_ok=True)
+    assert frame["seed"].tolist() == list(range(18))
+    assert frame.iloc[17][list(values)].to_dict() == pytest.approx(values, nan_ok=True)
 
 
 def test_no_folder_one_that_is_given_twice_and_a_damaged_run_are_refused(make_sweep):
@@ -229,7 +236,9 @@ def test_runs_whose_world_nobody_knows_are_measured_by_what_all_forms_have(make_
     folder = make_sweep([make_condition("a", [0], declared=None)])
     table, _ = measured(folder)
     names = {name.partition(".")[0] for name in table.measures}
-    general = {one.name for one in signatures.discover() if any(part.run is AnyRun for part in one.parts)}
+    general = {
+        signature.name for signature in signatures.discover() if any(part.run is AnyRun for part in signature.parts)
+    }
     assert "outcome" in names and names <= {"failure", *general}
     assert table.frame["outcome.readable"].notna().all()
 
@@ -242,6 +251,6 @@ def test_runs_that_hold_no_decisions_are_listed_without_signatures(make_sweep):
     said["records_sha256"]["steps.jsonl"] = hashlib.sha256(lines).hexdigest()
     (run.path / "steps.jsonl").write_bytes(lines)
     (run.path / "run.json").write_bytes(msgspec.json.encode(said))
-    found = analyze([folder.path])
-    assert found.runs["failure.rate"].tolist() == [0] and found.declared == ()
-    assert any("world small recorded no decisions" in note for note in found.notes)
+    analysis = analyze([folder.path])
+    assert analysis.runs["failure.rate"].tolist() == [0] and analysis.declared == ()
+    assert any("world small recorded no decisions" in note for note in analysis.notes)

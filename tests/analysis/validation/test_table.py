@@ -29,14 +29,14 @@ def mine(tmp_path, monkeypatch) -> Path:
 @pytest.mark.parametrize("facts", KNOWN, ids=lambda facts: facts.world)
 def test_a_shipped_file_names_a_world_policies_and_measures_that_exist(facts):
     assert (CONF / "world" / f"{facts.world}.yaml").is_file()
-    policies = {facts.random, *filter(None, [facts.best]), *(one.policy for one in facts.closed_forms)}
-    assert {one for one in policies if not (CONF / "model" / f"{one}.yaml").is_file()} == set()
+    policies = {facts.random, *filter(None, [facts.best]), *(closed_form.policy for closed_form in facts.closed_forms)}
+    assert {policy for policy in policies if not (CONF / "model" / f"{policy}.yaml").is_file()} == set()
     measures = {signature.name: signature for signature in discover()}
-    for column in {facts.score, *(one.column for one in facts.closed_forms)}:
+    for column in {facts.score, *(closed_form.column for closed_form in facts.closed_forms)}:
         name, _, measure = column.partition(".")
         told = measures[name].describe(measure).label
         assert told != measure or measure.startswith("n_"), f"{column} is no measure"
-    rows = {(one.policy, one.column) for one in facts.closed_forms}
+    rows = {(closed_form.policy, closed_form.column) for closed_form in facts.closed_forms}
     told_the_answers = {
         ("scripted/oracle", "path_efficiency.success"),
         ("scripted/oracle", "path_efficiency.spl"),
@@ -121,7 +121,11 @@ def test_settings_that_are_not_the_files_and_closed_forms_of_other_settings_are_
     assert changed(usual | {"fires": [], "personas": None}, "cafe_library") == (
         "fires=[], not [...]; personas=null, not {...}"
     )
-    coins, told_less, *_ = (one for one in facts_of("bar").closed_forms if "coins" in one.name or one.overrides)
+    coins, told_less, *_ = (
+        closed_form
+        for closed_form in facts_of("bar").closed_forms
+        if "coins" in closed_form.name or closed_form.overrides
+    )
     usual = {"agents": 10, "reports": "explicit"}
     assert [elsewhere(one, usual, "bar") for one in (coins, told_less)] == ["", ' (at reports="implicit")']
     assert elsewhere(told_less, usual | {"reports": "implicit"}, "bar") == ""
@@ -139,9 +143,9 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(tmp_path
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
     asked = ("-m", "model=scripted/stay,scripted/random,scripted/avoid", "seed=0", "world.agents=2", "world.steps=2")
     foundry(*asked, "output.dir=s", "analyze=false", cwd=tmp_path)
-    found = analyze(tmp_path / "s", plots=False)
-    rows = found.validation.set_index("model")
-    means = found.comparison[found.comparison["measure"] == "idle_rate.chosen"].set_index("model")["mean"]
+    analysis = analyze(tmp_path / "s", plots=False)
+    rows = analysis.validation.set_index("model")
+    means = analysis.comparison[analysis.comparison["measure"] == "idle_rate.chosen"].set_index("model")["mean"]
     assert list(rows.index) == ["scripted/stay", "scripted/random", "scripted/avoid"]
     assert rows["mean"].to_dict() == means.to_dict() and rows.loc["scripted/stay", "mean"] == 1
     assert set(rows["random"]) == {means["scripted/random"]} and set(rows["best"]) == {means["scripted/avoid"]}
@@ -152,19 +156,19 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(tmp_path
         rows.loc["scripted/random", "source"] == "A table"
         and rows.loc["scripted/random", "published_certain"] == "known"
     )
-    assert {file.name for file in found.written} >= {"validation.csv", "validation.md", "validation.tex"}
-    assert "0.25 (random:8b, A table)" in (found.path / "validation.md").read_text().replace("\\", "")
+    assert {file.name for file in analysis.written} >= {"validation.csv", "validation.md", "validation.tex"}
+    assert "0.25 (random:8b, A table)" in (analysis.path / "validation.md").read_text().replace("\\", "")
     (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text("world: cafe_library\nscore: of.nothing\n")
-    assert not len(analyze(tmp_path / "s", plots=False).validation) and not (found.path / "validation.md").exists()
+    assert not len(analyze(tmp_path / "s", plots=False).validation) and not (analysis.path / "validation.md").exists()
 
 
 @pytest.mark.slow
 def test_rows_of_one_model_are_told_apart_by_what_else_was_swept(tmp_path):
     swept = ("prompt=paper,japanese", "world.agents=2,3", "world.steps=2", "output.dir=s", "analyze=false")
     foundry("-m", "model=scripted/stay", "seed=0", *swept, cwd=tmp_path)
-    found = analyze(tmp_path / "s", plots=False)
+    analysis = analyze(tmp_path / "s", plots=False)
     names = [f"prompt={prompt}, world.agents={agents}" for prompt in ("paper", "japanese") for agents in (2, 3)]
-    assert sorted(found.validation["settings"]) == sorted(names)
-    table = validation_table(found.validation)
+    assert sorted(analysis.validation["settings"]) == sorted(names)
+    table = validation_table(analysis.validation)
     assert table.columns[:4] == ("world", "model", "settings", "measure")
     assert len({row[: table.labels] for row in table.rows}) == len(table.rows) == 4

@@ -118,7 +118,7 @@ def test_pages_have_the_looks_of_the_plots_and_runs_those_of_their_models_wherev
     go(page, server.url, "sweep/made-up")
     told = page.evaluate(f"() => Array.from({{length: 30}}, (_, place) => Foundry.looks.look(place)).map({LOOK})")
     plotted = [look(place) for place in range(30)]
-    assert looks_of(told) == [(one.colour, list(one.marker or ()), one.dashes) for one in plotted]
+    assert looks_of(told) == [(look.colour, list(look.marker or ()), look.dashes) for look in plotted]
     first, again, second, _ = made_up.runs()
     go(page, server.url, f"compare/made-up/{second.id}/{first.id}/{again.id}")
     looks = looks_of(page.evaluate(f"() => Foundry.looks.ofRuns(Foundry.page.runs).map({LOOK})"))

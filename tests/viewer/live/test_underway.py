@@ -47,8 +47,8 @@ def test_nothing_is_said_of_what_is_left_before_all_runs_were_looked_at(
     whole_run(made.runs()[0])
     made.start_progress()
     report(made, models={"first": {"complete": 1, "calls": 48}})
-    found = shown(made)
-    told = [underway(found) for _ in range(2)]
+    cataloged_sweep = shown(made)
+    told = [underway(cataloged_sweep) for _ in range(2)]
     assert [one["left"] for one in told] == [None, 48]
 
 
@@ -68,20 +68,23 @@ def test_a_run_that_begins_fails_and_is_played_again_is_seen_so_at_the_next_look
     made = sweep(tmp_path / "again", models=("first",), seeds=(0, 1, 2))
     first, second, _ = made.runs()
     whole_run(first)
-    found = shown(made)
+    cataloged_sweep = shown(made)
     made.start_progress()
     report(made)
-    assert underway(found)["counts"] == {"complete": 1, "waiting": 2}
+    assert underway(cataloged_sweep)["counts"] == {"complete": 1, "waiting": 2}
     report(made, second)
     playing = Playing(second)
-    assert underway(found)["counts"] == {"complete": 1, "running": 1, "waiting": 1}
+    assert underway(cataloged_sweep)["counts"] == {"complete": 1, "running": 1, "waiting": 1}
     playing.end("the server is gone")
     report(made)
-    assert underway(found)["failures"][0]["runs"] == [second.id]
+    assert underway(cataloged_sweep)["failures"][0]["runs"] == [second.id]
     second.forget_failure()
-    assert underway(found)["counts"] == {"complete": 1, "unfinished": 1, "waiting": 1}
+    assert underway(cataloged_sweep)["counts"] == {"complete": 1, "unfinished": 1, "waiting": 1}
     whole_run(second)
-    assert underway(found)["counts"] == {"complete": 2, "waiting": 1} and not underway(found)["failures"]
+    assert (
+        underway(cataloged_sweep)["counts"] == {"complete": 2, "waiting": 1}
+        and not underway(cataloged_sweep)["failures"]
+    )
 
 
 def test_a_look_reads_the_reports_once_and_no_end_of_a_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -93,9 +96,9 @@ def test_a_look_reads_the_reports_once_and_no_end_of_a_run_twice(tmp_path: Path,
     read = Counter[str]()
     for owner, name in ((SweepFolder, "progress"), (RunFolder, "summary")):
         monkeypatch.setattr(owner, name, counted(read, name, getattr(owner, name)))
-    found = shown(made)
+    cataloged_sweep = shown(made)
     for _ in range(3):
-        assert underway(found)["counts"] == {"complete": 1, "failed": 1, "waiting": 1}
+        assert underway(cataloged_sweep)["counts"] == {"complete": 1, "failed": 1, "waiting": 1}
     assert read == {"progress": 3, "summary": 2}
 
 

@@ -59,7 +59,7 @@ def note(made: SweepFolder, run: int = 0, **keys: Any) -> Note:
 
 
 def noted(made: SweepFolder) -> list[tuple[str, int | None, int | None, str, tuple[str, ...]]]:
-    return [(one.run, one.step, one.agent, one.text, one.tags) for one in notes_of(made.path).notes]
+    return [(note.run, note.step, note.agent, note.text, note.tags) for note in notes_of(made.path).notes]
 
 
 def test_a_note_on_a_run_is_written_by_keyboard_and_its_tag_leaves_the_run(

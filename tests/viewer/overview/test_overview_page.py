@@ -115,8 +115,8 @@ def test_a_long_cause_of_a_failure_leaves_room_for_measures(page: Any, tmp_path:
 
 
 def rows(page: Any) -> list[str]:
-    found: list[str] = page.eval_on_selector_all("tbody tr[data-run]", "all => all.map((one) => one.dataset.run)")
-    return found
+    texts: list[str] = page.eval_on_selector_all("tbody tr[data-run]", "all => all.map((one) => one.dataset.run)")
+    return texts
 
 
 def test_filter_order_ticks_and_columns_come_back_from_a_run(page: Any, server: ViewServer, made_up: SweepFolder):

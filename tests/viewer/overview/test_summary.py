@@ -50,16 +50,16 @@ def test_groups_have_the_numbers_of_the_analysis_and_their_runs(tmp_path: Path):
         "run,model,path.success\n" + f"{runs[0].id},first,0.5\n{runs[2].id},'=second,0\n{runs[3].id},'=second,0\n",
         encoding="utf-8",
     )
-    found = summary_of(made, ["path.success"], SignatureTable(made.signatures_path))
-    assert found.columns == ["model"] and found.part == ""
-    assert [(one.values, one.baseline) for one in found.groups] == [
+    summary = summary_of(made, ["path.success"], SignatureTable(made.signatures_path))
+    assert summary.columns == ["model"] and summary.part == ""
+    assert [(group.values, group.baseline) for group in summary.groups] == [
         (["first"], False),
         (["=second"], False),
         (["random"], True),
     ]
-    assert found.groups[0].measures == {"path.success": (0.5, 0.25, 0.75, 2)}
-    assert found.groups[1].measures == {"path.success": (0.0, None, None, 2)}
-    assert found.group_of == [0, None, 1, 1]
+    assert summary.groups[0].measures == {"path.success": (0.5, 0.25, 0.75, 2)}
+    assert summary.groups[1].measures == {"path.success": (0.0, None, None, 2)}
+    assert summary.group_of == [0, None, 1, 1]
 
 
 def test_findings_have_the_moments_of_runs_of_this_sweep(tmp_path: Path):
@@ -72,7 +72,7 @@ def test_findings_have_the_moments_of_runs_of_this_sweep(tmp_path: Path):
     file.write_text(json.dumps([finding]))
     table = SignatureTable(made.signatures_path)
     [found] = summary_of(made, ["path.success"], table).findings
-    assert (found.sentence, found.label, [msgspec.structs.asdict(one) for one in found.moments]) == (
+    assert (found.sentence, found.label, [msgspec.structs.asdict(moment) for moment in found.moments]) == (
         "A.",
         "Success",
         [moment],

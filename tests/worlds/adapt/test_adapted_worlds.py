@@ -49,8 +49,8 @@ def played(scenario: Adapted, policy: Policy, seed: int = 0) -> tuple[list[Turn]
         questions = world.pending()
         asked += questions
         records += world.advance([Answer(policy(question)) for question in questions])
-    turns = [one for one in records if isinstance(one, Turn)]
-    return turns, [one for one in records if isinstance(one, Return)], asked
+    turns = [record for record in records if isinstance(record, Turn)]
+    return turns, [record for record in records if isinstance(record, Return)], asked
 
 
 @given(st.integers(0, 2**31 - 1))
@@ -74,16 +74,16 @@ def test_agents_act_in_turn_each_once_a_round_and_only_legal_cells_can_be_chosen
         legal = np.flatnonzero(env.last()[0]["action_mask"])
         assert question.observation["choices"] == [CELLS[place] for place in legal]
         env.step(CELLS.index(str(turn.played)))
-    assert [(one.step, one.agent) for one in turns] == [(1, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1), (4, 0)]
-    assert [one.total for one in ends] == [1, -1], "cells 0, 2, 4, 6 of the one who begins are a diagonal"
-    assert turns[-1].utility == 1 and all(one.utility == 0 for one in turns[:-1])
+    assert [(turn.step, turn.agent) for turn in turns] == [(1, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1), (4, 0)]
+    assert [end.total for end in ends] == [1, -1], "cells 0, 2, 4, 6 of the one who begins are a diagonal"
+    assert turns[-1].utility == 1 and all(turn.utility == 0 for turn in turns[:-1])
 
 
 def test_all_act_at_once_where_the_environment_lets_them():
     world = ParallelWorld(name="rps", env="classic/rps-v2", steps=15, settings={"max_cycles": 4})
     turns, ends, asked = played(world, lambda question: question.options[question.agent])
-    assert [(one.step, one.agent) for one in turns] == [(step, agent) for step in range(1, 5) for agent in (0, 1)]
-    assert [one.total for one in ends] == [-4, 4], "paper beats rock"
+    assert [(turn.step, turn.agent) for turn in turns] == [(step, agent) for step in range(1, 5) for agent in (0, 1)]
+    assert [end.total for end in ends] == [-4, 4], "paper beats rock"
     assert len(asked) == 8
 
 
@@ -91,9 +91,9 @@ def test_what_cannot_be_read_is_drawn_from_what_is_legal_by_the_runs_seed_and_re
     turns, _, _ = played(tictactoe(), lambda question: "I would rather not say.", seed=3)
     again, _, _ = played(tictactoe(), lambda question: "no", seed=3)
     other, _, _ = played(tictactoe(), lambda question: "no", seed=4)
-    assert all(one.action is None and one.outcome is Outcome.UNREADABLE for one in turns)
-    cells = [one.played for one in turns]
-    assert len(set(cells)) == len(cells) and cells == [one.played for one in again] != [one.played for one in other]
+    assert all(turn.action is None and turn.outcome is Outcome.UNREADABLE for turn in turns)
+    cells = [turn.played for turn in turns]
+    assert len(set(cells)) == len(cells) and cells == [turn.played for turn in again] != [turn.played for turn in other]
 
 
 def test_where_there_is_an_idle_action_it_is_what_is_played_instead():
@@ -101,7 +101,7 @@ def test_where_there_is_an_idle_action_it_is_what_is_played_instead():
     settings: dict[str, Any] = {"env": "MiniGrid-Empty-5x5-v0", "package": "minigrid", "idle": "done", "image": True}
     world = GymnasiumWorld(name="grid", steps=3, actions=actions, **settings)
     turns, _, asked = played(world, lambda question: "hm")
-    assert [one.played for one in turns] == ["done"] * 3 and world.shows_images
+    assert [turn.played for turn in turns] == ["done"] * 3 and world.shows_images
     assert all(question.images[0].startswith(b"\x89PNG") for question in asked)
     assert asked[0].observation["state"]["mission"] == "get to the green goal square"
 
@@ -117,7 +117,7 @@ def test_the_last_turns_are_told_and_no_more_than_asked_for():
 def test_the_best_action_is_known_where_the_rules_are_a_table_and_how_many_turns_are_left():
     cliff = GymnasiumWorld(name="cliff", env="CliffWalking-v1", steps=100, actions=["up", "right", "down", "left"])
     turns, (end,), asked = played(cliff, lambda question: json.dumps({"action": question.told["best"]}))
-    assert end.total == -13 and [one.played for one in turns] == ["up", *["right"] * 11, "down"]
+    assert end.total == -13 and [turn.played for turn in turns] == ["up", *["right"] * 11, "down"]
     assert "best" not in asked[0].observation
     assert tictactoe().plan is None
     shortest = lake(steps=6, settings=LAKE | {"is_slippery": False})

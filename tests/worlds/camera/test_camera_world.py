@@ -144,8 +144,8 @@ def test_random_plays_3d_worlds_by_all_kinds_of_command():
 
 
 def test_a_picture_is_sent_as_jpeg_where_that_is_asked_for():
-    (one,), (again,) = (station("world.image_format=jpeg").start(0).pending() for _ in range(2))
-    assert one.images[0].startswith(b"\xff\xd8") and one.images == again.images
+    (question,), (again,) = (station("world.image_format=jpeg").start(0).pending() for _ in range(2))
+    assert question.images[0].startswith(b"\xff\xd8") and question.images == again.images
 
 
 def test_history_is_bounded_and_idle_decisions_are_counted():

@@ -54,9 +54,9 @@ def scenario(rooms: Path, changes: str = "{}") -> FollowScenario:
 
 @cache
 def facts(world: FollowScenario, seed: int) -> FollowEpisode:
-    (found,) = world.start(seed).opening()
-    assert isinstance(found, FollowEpisode)
-    return found
+    (record,) = world.start(seed).opening()
+    assert isinstance(record, FollowEpisode)
+    return record
 
 
 def test_only_things_whose_label_is_theirs_alone_are_spoken_of(rooms: Path):
@@ -71,9 +71,9 @@ def test_a_told_way_leads_to_the_goal_and_what_a_leg_names_is_seen_there_near_it
     rooms: Path, seed: int
 ):
     world = scenario(rooms)
-    told = facts(world, seed)
-    here, yaw = (told.start.x, told.start.y, told.start.z), told.start.yaw
-    for leg in told.legs:
+    episode = facts(world, seed)
+    here, yaw = (episode.start.x, episode.start.y, episode.start.z), episode.start.yaw
+    for leg in episode.legs:
         yaw += leg.turn
         x, y = here[0] + leg.metres * math.cos(math.radians(yaw)), here[1] + leg.metres * math.sin(math.radians(yaw))
         assert (x, y) == pytest.approx(leg.end[:2], abs=1e-6)
@@ -88,16 +88,16 @@ def test_a_told_way_leads_to_the_goal_and_what_a_leg_names_is_seen_there_near_it
             assert leg.side == ("ahead" if abs(aside) <= AHEAD_DEG else "left" if aside > 0 else "right")
             assert world.things.gap(leg.near, last) < world.things.gap(leg.near, first)
         here = leg.end
-    assert told.shortest_m is not None and 2 <= told.shortest_m <= 15
-    assert here[:2] == pytest.approx(told.shortest_path[-1][:2], abs=0.1)
+    assert episode.shortest_m is not None and 2 <= episode.shortest_m <= 15
+    assert here[:2] == pytest.approx(episode.shortest_path[-1][:2], abs=0.1)
 
 
 def test_the_same_seed_tells_the_same_way_another_one_another_and_things_and_sides_are_named(rooms: Path):
     scenario(rooms).start(0)
     (again,) = scenario(rooms).start(3).opening()
-    told = [facts(scenario(rooms), seed) for seed in SEEDS]
-    assert again == told[3] and len({one.start for one in told}) == len(SEEDS)
-    legs = [leg for one in told for leg in one.legs]
+    episodes = [facts(scenario(rooms), seed) for seed in SEEDS]
+    assert again == episodes[3] and len({episode.start for episode in episodes}) == len(SEEDS)
+    legs = [leg for episode in episodes for leg in episode.legs]
     assert any(leg.side for leg in legs) and any(leg.towards for leg in legs)
 
 
@@ -105,12 +105,14 @@ def test_the_same_seed_tells_the_same_way_another_one_another_and_things_and_sid
 @pytest.mark.parametrize("seed", SEEDS[:2])
 def test_who_does_to_the_letter_what_the_fine_grain_says_arrives_without_looking(rooms: Path, seed: int):
     world = scenario(rooms, '{"grain": "fine", "steps": 60}').start(seed)
-    (told,) = world.opening()
-    assert isinstance(told, FollowEpisode)
-    numbers = re.findall(r"(?:Turn (left|right) by (\d+) degrees and w|W)alk ([\d.]+) m\.", told.instruction["english"])
-    assert len(numbers) == len(told.legs)
+    (record,) = world.opening()
+    assert isinstance(record, FollowEpisode)
+    numbers = re.findall(
+        r"(?:Turn (left|right) by (\d+) degrees and w|W)alk ([\d.]+) m\.", record.instruction["english"]
+    )
+    assert len(numbers) == len(record.legs)
     walked = [(side or "left", turn or "0", metres) for side, turn, metres in numbers]
-    aside, above = told.facing
+    aside, above = record.facing
     for side, turn, metres in (*walked, ("left" if aside > 0 else "right", f"{abs(aside):.0f}", "0")):
         world.advance([Answer(f"Turn {side} {turn} degrees.")])
         for _ in range(4):  # a quarter each: one command goes 3 m at most
@@ -137,11 +139,11 @@ def test_the_oracle_follows_a_way_to_its_end(rooms: Path):
 
 def test_every_grain_tells_the_same_way_and_each_tells_more(rooms: Path):
     told = {grain: facts(scenario(rooms, f'{{"grain": "{grain}"}}'), 1) for grain in ("coarse", "medium", "fine")}
-    assert len({str(one.shortest_path) + one.target for one in told.values()}) == 1
-    lengths = [len(one.instruction["english"]) for one in told.values()]
+    assert len({str(episode.shortest_path) + episode.target for episode in told.values()}) == 1
+    lengths = [len(episode.instruction["english"]) for episode in told.values()]
     assert lengths == sorted(lengths) and len(set(lengths)) == 3
-    for one in told.values():
-        assert one.target in one.instruction["english"] and one.target in one.instruction["japanese"]
+    for episode in told.values():
+        assert episode.target in episode.instruction["english"] and episode.target in episode.instruction["japanese"]
     assert "m." in told["fine"].instruction["english"] and "メートル" in told["fine"].instruction["japanese"]
 
 

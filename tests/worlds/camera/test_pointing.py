@@ -61,23 +61,23 @@ def box_of(mask: Any) -> Any:
     return np.array([[columns.min(), rows.min()], [columns.max() + 1, rows.max() + 1]])
 
 
-def lies_on(mask: Any, found: Pointed) -> bool:
+def lies_on(mask: Any, pointed: Pointed) -> bool:
     """Return whether the spot that is seen lies on a mask; a pixel beside will do, since edges are mixed colours."""
-    assert found.spot is not None
-    column, row = (found.spot * FRAME).astype(int)
+    assert pointed.spot is not None
+    column, row = (pointed.spot * FRAME).astype(int)
     return bool(mask[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2].any())
 
 
 def test_the_spot_lies_on_the_targets_pixels_and_there_is_none_where_it_is_hidden_or_outside(scene: Scene):
     at, seen, hidden = pointer(scene, "/Room/Sign", "/Room/Top", "/Room/Lamp"), 0, 0
     for pose in POSES:
-        mask, found = red(scene, pose), at.seen_from(pose)
-        if found.spot is not None:
-            assert lies_on(mask, found), pose
+        mask, pointed = red(scene, pose), at.seen_from(pose)
+        if pointed.spot is not None:
+            assert lies_on(mask, pointed), pose
             seen += 1
         else:
             assert mask.sum() < 20, pose
-            hidden += len(found.boxes) > 0
+            hidden += len(pointed.boxes) > 0
     assert seen > 25 and hidden > 1
 
 
@@ -91,17 +91,17 @@ def test_boxes_are_drawn_around_the_pixels_one_for_parts_that_overlap_and_one_fo
 
 
 def test_what_is_hidden_has_a_box_where_it_would_be_seen_and_no_spot(scene: Scene):
-    found = pointer(scene, "/Room/Lamp").seen_from(Pose(-1.5, -1.0, 0.0, 0.0, 5.0))
-    assert found.spot is None and found.centred and len(found.boxes) == 1
+    pointed = pointer(scene, "/Room/Lamp").seen_from(Pose(-1.5, -1.0, 0.0, 0.0, 5.0))
+    assert pointed.spot is None and pointed.centred and len(pointed.boxes) == 1
 
 
 def test_who_turns_as_told_has_the_middle_of_the_target_in_the_middle_of_the_picture(scene: Scene):
     at, outside = pointer(scene, "/Room/Lamp"), 0
     for pose in POSES:
-        found = at.seen_from(pose)
-        turned = Pose(pose.x, pose.y, pose.z, pose.yaw + found.turn, pose.pitch + found.tilt)
+        pointed = at.seen_from(pose)
+        turned = Pose(pose.x, pose.y, pose.z, pose.yaw + pointed.turn, pose.pitch + pointed.tilt)
         (box,) = at.seen_from(turned).boxes
         assert at.seen_from(turned).centred
         np.testing.assert_allclose(box.mean(axis=0), 0.5, atol=0.06)
-        outside += not found.centred
+        outside += not pointed.centred
     assert 0 < outside < len(POSES)

@@ -62,8 +62,8 @@ def known(rooms: Path, seed: int) -> tuple[ProbeEpisode, list[ProbeStep], list[Q
     """Return the facts, answers and questions of an episode whose every answer is the right one."""
     world = scenario(rooms).start(seed)
     facts, *images = world.opening()
-    assert isinstance(facts, ProbeEpisode) and all(isinstance(one, SeenImage) for one in images)
-    assert [one.path for one in images] == [frame.image for frame in facts.frames]
+    assert isinstance(facts, ProbeEpisode) and all(isinstance(image, SeenImage) for image in images)
+    assert [image.path for image in images] == [frame.image for frame in facts.frames]
     answers: list[ProbeStep] = []
     questions: list[Question] = []
     while not world.finished:
@@ -83,8 +83,10 @@ def gap(name: str, pose: Pose) -> float:
 def shown(rooms: Path, facts: ProbeEpisode) -> list[set[str]]:
     """Return the things of which each picture shows anything, by the prims that fill its pixels."""
     around, names = scenario(rooms).surroundings, list(THINGS)
-    pictures = [around.renderer().visible(around.eye(one.pose), one.pose.yaw, one.pose.pitch) for one in facts.frames]
-    return [{names[int(path[-1])] for path in one if "Thing_" in path} for one in pictures]
+    pictures = [
+        around.renderer().visible(around.eye(frame.pose), frame.pose.yaw, frame.pose.pitch) for frame in facts.frames
+    ]
+    return [{names[int(path[-1])] for path in picture if "Thing_" in path} for picture in pictures]
 
 
 def named(text: str) -> list[str]:
@@ -96,7 +98,7 @@ def named(text: str) -> list[str]:
 def test_every_answer_is_true_of_the_rooms_as_they_were_built(rooms: Path, seed: int):
     facts, answers, _ = known(rooms, seed)
     nearer, side, count, order, distance = answers
-    assert [one.kind for one in answers] == list(KINDS)
+    assert [answer.kind for answer in answers] == list(KINDS)
     end, seen = facts.frames[-1].pose, shown(rooms, facts)
     by_gap = sorted(nearer.choices.values(), key=lambda name: gap(name, end))
     assert nearer.choices[str(nearer.truth)] == by_gap[0]
@@ -126,7 +128,7 @@ def test_who_is_told_the_answers_gives_them_and_who_draws_is_right_as_often_as_c
         if one.chance is not None:
             assert drawn.count(one.truth) == 1 and one.chance == pytest.approx(1 / len(drawn))
         assert "answer" not in question.observation and len(question.images) == 8 and question.idle is None
-    seen = sorted(set().union(*(scenario(rooms).things.seen(one.pose) for one in facts.frames)))
+    seen = sorted(set().union(*(scenario(rooms).things.seen(frame.pose) for frame in facts.frames)))
     far = [gap(name, facts.frames[-1].pose) for name in seen if gap(name, facts.frames[-1].pose) >= 0.5]
     best = min(np.mean([abs(one - answer) for one in far]) for answer in far)
     assert answers[-1].scale == pytest.approx(best, abs=1e-3), "off by this where the best answer is always the same"
@@ -164,7 +166,7 @@ def test_a_walk_of_its_own_ends_when_its_decisions_are_used_up(rooms: Path):
 def test_pictures_are_not_kept_where_nobody_asks_for_them(rooms: Path):
     world = scenario(rooms, '{"keep_images": false}').start(0)
     (facts,) = world.opening()
-    assert isinstance(facts, ProbeEpisode) and all(one.image is None for one in facts.frames)
+    assert isinstance(facts, ProbeEpisode) and all(frame.image is None for frame in facts.frames)
     (answer,) = world.advance([told(world)])
     assert isinstance(answer, ProbeStep) and answer.image is None and answer.frames == ()
 
@@ -209,9 +211,9 @@ def test_no_answer_is_made_up_from_any_text(rooms: Path, text: str):
 
 def test_pictures_lie_evenly_on_a_way_and_the_last_one_looks_at_its_goal():
     start = Pose(0.0, 0.0, 0.0, 200.0, 0.0)
-    found = along(start, np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (4.0, 4.0, 0.0)]), 45.0, 6)
-    assert found[0] == start
-    assert [(one.x, one.y, one.yaw) for one in found[1:]] == [
+    poses = along(start, np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (4.0, 4.0, 0.0)]), 45.0, 6)
+    assert poses[0] == start
+    assert [(pose.x, pose.y, pose.yaw) for pose in poses[1:]] == [
         (0, 0, 0), (2, 0, 0), (4, 0, 90), (4, 2, 90), (4, 4, 45)
     ]  # fmt: skip
     assert spread([start] * 9, 3) == [0, 4, 8] and spread([start] * 2, 8) == [0, 1]

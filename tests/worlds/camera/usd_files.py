@@ -50,8 +50,8 @@ def write_stage(path: Path, build: Build) -> Path:
 
 def one_mesh(scene: Scene) -> Any:
     """Return the only mesh of a scene."""
-    (found,) = scene.meshes
-    return found
+    (mesh,) = scene.meshes
+    return mesh
 
 
 def mesh(

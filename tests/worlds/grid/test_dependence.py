@@ -24,7 +24,7 @@ STAY, SILENCE = Answer('{"action": "stay"}'), Answer('{"message": null}')
 
 def answering(questions: Iterable[Question]) -> list[Answer]:
     """Return what agents say and do, drawn from the place of each question alone."""
-    return [answer(*one.asked) for one in questions]
+    return [answer(*question.asked) for question in questions]
 
 
 def answer(step: int, agent: int, kind: str) -> Answer:
@@ -91,10 +91,10 @@ def test_an_episode_can_go_ahead_from_any_step():
 def asked_without(ahead: Ahead, silent: int) -> Iterator[Question]:
     """Yield all that is asked while one agent never answers and the others stay where they are."""
     while opened := ahead.ready():
-        for one in opened:
-            yield one
-            if one.agent != silent:
-                ahead.take(one.asked, SILENCE if one.kind == "message" else STAY)
+        for question in opened:
+            yield question
+            if question.agent != silent:
+                ahead.take(question.asked, SILENCE if question.kind == "message" else STAY)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def asked_without(ahead: Ahead, silent: int) -> Iterator[Question]:
 def test_an_agent_is_asked_until_the_one_behind_could_be_within_reach(apart: tuple[int, int], reach: float, last: int):
     ahead = make_at((0, 0), apart, places=[], communication_distance=reach).start(0).ahead()
     assert ahead is not None
-    steps = [one.step for one in asked_without(ahead, silent=1) if one.agent == 0]
+    steps = [question.step for question in asked_without(ahead, silent=1) if question.agent == 0]
     assert max(steps) == last
 
 
@@ -112,7 +112,7 @@ def test_who_is_inside_a_place_waits_for_whoever_could_enter_it(far: tuple[int, 
     cafe = [{"name": "cafe", "type": "cafe", "center": [0, 0], "extent": [3, 3], "capacity": 5}]
     ahead = make_at((0, 0), far, places=cafe, communication_distance=1, steps=50).start(0).ahead()
     assert ahead is not None
-    steps = [one.step for one in asked_without(ahead, silent=1) if one.agent == 0]
+    steps = [question.step for question in asked_without(ahead, silent=1) if question.agent == 0]
     assert max(steps) == 10, "nine steps lead to the cell before the place, the tenth into it"
 
 
@@ -123,7 +123,7 @@ def test_nobody_is_further_ahead_than_the_answers_may_wait_in_memory(
     monkeypatch.setattr(dependence, "MOST_WAITING", waiting)
     ahead = make_at((-90, 0), (90, 0), half_size=100, places=[], steps=200).start(0).ahead()
     assert ahead is not None
-    assert max(one.step for one in asked_without(ahead, silent=1)) == 1 + steps
+    assert max(question.step for question in asked_without(ahead, silent=1)) == 1 + steps
 
 
 def test_a_world_with_more_to_it_than_the_rule_was_made_for_stays_in_lock_step(monkeypatch: pytest.MonkeyPatch):

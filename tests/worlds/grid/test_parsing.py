@@ -261,10 +261,10 @@ def labelled(name: str) -> list[Labelled]:
     return [msgspec.json.decode(line, type=Labelled) for line in lines]
 
 
-def read(one: Labelled) -> dict[str, Any] | None:
+def read(labelled: Labelled) -> dict[str, Any] | None:
     """Return what the reader reads, in the form of a label."""
-    answer = Answer(one.text, one.ending)
-    if one.question == "message":
+    answer = Answer(labelled.text, labelled.ending)
+    if labelled.question == "message":
         said = read_message(answer)
         return {"message": said.text} if said.outcome in READ else None
     done = read_action(answer)
@@ -273,15 +273,15 @@ def read(one: Labelled) -> dict[str, Any] | None:
 
 @pytest.mark.parametrize(("name", "least"), [("dev", 117), ("held", 117)])
 def test_labelled_replies_are_read_as_meant_and_nothing_is_made_up(name: str, least: int):
-    wrong = [(one, said) for one in labelled(name) if (said := read(one)) != one.expected]
+    wrong = [(labelled, said) for labelled in labelled(name) if (said := read(labelled)) != labelled.expected]
     assert [said for _, said in wrong if said is not None] == []
-    assert len(labelled(name)) - len(wrong) >= least, Counter(one.kind for one, _ in wrong)
+    assert len(labelled(name)) - len(wrong) >= least, Counter(labelled.kind for labelled, _ in wrong)
 
 
 def test_the_words_of_a_prompt_in_the_place_of_a_message_are_no_message():
     texts = "".join(path.read_text(encoding="utf-8") for path in (conf_dir() / "prompt").glob("*.yaml"))
     placeholders = re.findall(r'^\s+"message": "(.+)",$', texts, re.MULTILINE)
-    assert len(placeholders) >= 5 and all(is_placeholder(one) for one in placeholders)
+    assert len(placeholders) >= 5 and all(is_placeholder(placeholder) for placeholder in placeholders)
 
 
 def test_every_word_means_what_it_stands_for():
@@ -311,7 +311,7 @@ def test_a_reply_with_changes_in_it_is_read_without_raising(reply, changes):
     assert message.outcome in READ or message.text is None
 
 
-@given(REPLIES.filter(lambda one: one.question == "action" and one.expected), REPLIES)
+@given(REPLIES.filter(lambda labelled: labelled.question == "action" and labelled.expected), REPLIES)
 @settings(max_examples=25)
 def test_two_decisions_in_one_reply_are_none_unless_they_agree(one, other):
     reading = read_action(Answer(one.text + "\n\n" + other.text))

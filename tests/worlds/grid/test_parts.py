@@ -40,7 +40,7 @@ def go(*ways: str) -> list[Answer]:
 def step(world: Any, *ways: str) -> list[FurnishedStep]:
     """Let a step go by in silence and return its lines."""
     world.advance([SILENT] * len(world.pending()))
-    return [one for one in world.advance(go(*ways)) if isinstance(one, FurnishedStep)]
+    return [furnished_step for furnished_step in world.advance(go(*ways)) if isinstance(furnished_step, FurnishedStep)]
 
 
 def test_a_wall_stops_a_move_as_the_edge_does_and_each_says_which_it_was():
@@ -120,13 +120,15 @@ def test_a_way_leads_round_an_exit_that_is_not_known():
 def test_sight_is_the_same_both_ways():
     ground = Ground(4, [((-1, 0), (1, 0)), ((2, 2), (2, 3))], [])
     cells = [(x, y) for x in range(-4, 5) for y in range(-4, 5)]
-    assert all(ground.is_clear(one, other) == ground.is_clear(other, one) for one in cells for other in cells)
+    assert all(ground.is_clear(cell, other) == ground.is_clear(other, cell) for cell in cells for other in cells)
 
 
 def test_a_fire_that_always_spreads_burns_one_ring_more_a_step_and_kills_who_stands_there():
     fire = {"name": "fire", "start": 1, "position": [0, 0], "intensity": 1, "radius": 9, "spread": 1, "risk": 1}
     world = scenario((2, 0), (2, 2), fires=[fire]).start(0)
-    assert [one for one in world.opening() if isinstance(one, Burning)] == [Burning(step=1, x=0, y=0, fire="fire")]
+    assert [burning for burning in world.opening() if isinstance(burning, Burning)] == [
+        Burning(step=1, x=0, y=0, fire="fire")
+    ]
     assert [line.lost for line in step(world, "stay", "stay")] == [None, None]
     assert len(world.pending()[0].observation["burning"]) == 5
     assert world.pending()[0].observation["fires"][0]["distance"] == 1.0, "from the nearest flame"
@@ -140,8 +142,8 @@ def test_a_cell_burns_with_the_fire_that_reached_it_first():
     fires = [{"name": "first", "position": [-1, 0], **plain}, {"name": "second", "position": [1, 0], **plain}]
     world = scenario((2, 2), fires=fires).start(0)
     world.advance([SILENT])
-    caught = [one for one in world.advance(go("stay")) if isinstance(one, Burning)]
-    assert [one.fire for one in caught if (one.x, one.y) == (0, 0)] == ["first"]
+    caught = [burning for burning in world.advance(go("stay")) if isinstance(burning, Burning)]
+    assert [burning.fire for burning in caught if (burning.x, burning.y) == (0, 0)] == ["first"]
     plain = {"intensity": 1, "radius": 9}
     first = {"name": "first", "start": 1, "position": [0, 0], "spread": 1, **plain}
     second = {"name": "second", "start": 3, "position": [0, 1], **plain}
@@ -176,7 +178,7 @@ def test_parts_that_do_not_fit_are_refused_in_one_line(changes: dict[str, Any], 
 
 def test_agents_start_where_there_is_room_and_a_way_out():
     crowded = scenario((0, 0), (0, 0), (0, 0), cell_capacity=1).start(0)
-    cells = {(one.observation["x"], one.observation["y"]) for one in crowded.pending()}
+    cells = {(question.observation["x"], question.observation["y"]) for question in crowded.pending()}
     assert len(cells) == 3 and (0, 0) in cells
 
 
@@ -217,7 +219,7 @@ def test_a_picture_shows_every_part_and_who_is_gone_and_how_much_food_is_left():
     parts = ("walls", "exits", "zones", "burning", "food", "gone")
     frames = [replace(blank, **{part: getattr(shown, part)}) for part in parts]
     frames += [blank, replace(blank, food=tuple((cell, full / 2) for cell, full in shown.food))]
-    assert len({draw(replace(world.frame(), furniture=one)) for one in frames}) == len(parts) + 2
+    assert len({draw(replace(world.frame(), furniture=frame)) for frame in frames}) == len(parts) + 2
 
 
 @pytest.mark.parametrize(("announced", "groups"), [(True, ("leader", "visitor")), (False, ("", ""))])
@@ -237,7 +239,7 @@ def do(*actions: dict[str, Any]) -> list[Answer]:
 def lived(world: Any, *actions: dict[str, Any]) -> list[LivingStep]:
     """Let a step go by in silence and return its lines."""
     world.advance([SILENT] * len(world.pending()))
-    return [one for one in world.advance(do(*actions)) if isinstance(one, LivingStep)]
+    return [living_step for living_step in world.advance(do(*actions)) if isinstance(living_step, LivingStep)]
 
 
 STAY = {"action": "stay"}
@@ -253,9 +255,11 @@ def test_energy_is_lost_in_every_step_and_who_has_none_dies():
 
 def test_what_is_gathered_is_a_bite_of_what_there_is_grows_again_and_gives_nobody_more_than_the_most():
     world = scenario((0, 0), energy=ENERGY, food={**FIELD, "regrow_every": 2}).start(0)
-    found = [lived(world, GATHER)[0] for _ in range(3)]
-    assert [line.food for line in found] == [4, 1, 1], "3 of 4 are taken, then 1, and one grew at the end of step 2"
-    assert [line.amount for line in found] == [3, 1, 1]
+    living_steps = [lived(world, GATHER)[0] for _ in range(3)]
+    assert [line.food for line in living_steps] == [4, 1, 1], (
+        "3 of 4 are taken, then 1, and one grew at the end of step 2"
+    )
+    assert [line.amount for line in living_steps] == [3, 1, 1]
     world = scenario((0, 0), energy={"start": 10, "most": 11}, food=FIELD).start(0)
     assert lived(world, GATHER)[0].amount == 1
     assert world.pending()[0].observation["food"][12] == {"x": 0, "y": 0, "amount": 3}
@@ -332,8 +336,13 @@ def test_an_order_is_told_from_its_step_on():
 def test_a_deed_is_read_as_it_is_meant_and_none_is_made_up(
     text: str, outcome: Outcome, action: str, target: int | None, amount: int | None
 ):
-    found = read_furnished_action(Answer(text), FURTHER_ACTIONS)
-    assert (found.outcome, found.action, found.target, found.amount) == (outcome, action, target, amount)
+    furnished_action = read_furnished_action(Answer(text), FURTHER_ACTIONS)
+    assert (furnished_action.outcome, furnished_action.action, furnished_action.target, furnished_action.amount) == (
+        outcome,
+        action,
+        target,
+        amount,
+    )
 
 
 def test_a_deed_that_the_world_does_not_have_cannot_be_read():
@@ -369,8 +378,8 @@ def test_whatever_is_answered_all_are_asked_until_they_are_gone_and_energy_comes
     odd = ['{"action": "share", "target": 99, "amount": 9}', '{"action": "attack", "target": 0}', "", "{"]
     while not world.finished:
         questions = world.pending()
-        assert [one.agent for one in questions] == sorted(there)
-        told = [data.draw(st.sampled_from([*one.options, *odd])) for one in questions]
+        assert [question.agent for question in questions] == sorted(there)
+        told = [data.draw(st.sampled_from([*question.options, *odd])) for question in questions]
         before, completed = total(world), world.step
         for record in world.advance([Answer(text) for text in told]):
             if isinstance(record, FurnishedStep):

@@ -49,10 +49,12 @@ class Told(NamedTuple):
 def talking(questions: Sequence[Question]) -> list[Answer]:
     """Answer with any option, something to hear and something to keep."""
     answers = []
-    for one in questions:
-        options = one.options or ("{}",)
-        chosen = json.loads(options[int(seeding.stream(1, str(one.asked)).integers(len(options)))])
-        said = {"message": f"Hear {one.agent}!"} if "action" not in chosen else {"memory": f"Keep {one.agent}!"}
+    for question in questions:
+        options = question.options or ("{}",)
+        chosen = json.loads(options[int(seeding.stream(1, str(question.asked)).integers(len(options)))])
+        said = (
+            {"message": f"Hear {question.agent}!"} if "action" not in chosen else {"memory": f"Keep {question.agent}!"}
+        )
         answers.append(Answer(json.dumps(chosen | said)))
     return answers
 
@@ -74,10 +76,13 @@ def edited(edit: str, world: str, *overrides: str) -> list[Told]:
     def text(question: Question) -> str:
         return "\n".join(message.content for message in prompt.render(question))
 
-    changed = [(one, changing.applied(one, [other for other in asked if other is not one])) for one in asked]
-    found = [Told(one, other, text(one), text(other)) for one, other in changed if other is not None]
-    assert found, f"{edit} changes nothing in {world}"
-    return found
+    changed = [
+        (question, changing.applied(question, [other for other in asked if other is not question]))
+        for question in asked
+    ]
+    repeatses = [Told(question, other, text(question), text(other)) for question, other in changed if other is not None]
+    assert repeatses, f"{edit} changes nothing in {world}"
+    return repeatses
 
 
 @pytest.mark.parametrize("world", PLAYED)
@@ -85,29 +90,31 @@ def test_what_is_taken_away_was_told_and_is_told_no_more(world: str):
     """An edit that takes nothing out of the prompt would be reported as a cause that has no effect."""
     scenario, _, asked = asked_in(world)
     for edit in edits_of(scenario.form):
-        if edit.leaves == "cause" and any(edit.applied(one, asked) is not None for one in asked):
-            assert all(told.before != told.after for told in edited(edit.name, world)), edit.name
+        if edit.leaves == "cause" and any(edit.applied(question, asked) is not None for question in asked):
+            assert all(repeats.before != repeats.after for repeats in edited(edit.name, world)), edit.name
 
 
 @pytest.mark.parametrize("language", ["", "_japanese"])
 @pytest.mark.parametrize("world", ["bar", "naming"])
 def test_all_points_in_a_prompt_are_ten_times_as_many(world: str, language: str):
-    for told in edited("scale_payoffs", world, f"prompt={world}{language}"):
-        assert told.after == re.sub(r"\d{4,}", lambda found: f"{found[0]}0", told.before)
+    for repeats in edited("scale_payoffs", world, f"prompt={world}{language}"):
+        assert repeats.after == re.sub(r"\d{4,}", lambda found: f"{found[0]}0", repeats.before)
 
 
 @pytest.mark.parametrize("prompt", ["paper", "japanese"])
 def test_places_have_their_new_names_wherever_they_are_told(prompt: str):
-    found = edited("rename_places", "cafe_library", f"prompt={prompt}")
-    for told in found:
-        assert told.after == told.before.replace("Zum Anker", "Place 1").replace("Lesesaal", "Place 2")
-    assert max(told.before.count("Lesesaal") for told in found) > 3, "where it is, who is in it, what there is"
+    repeatses = edited("rename_places", "cafe_library", f"prompt={prompt}")
+    for repeats in repeatses:
+        assert repeats.after == repeats.before.replace("Zum Anker", "Place 1").replace("Lesesaal", "Place 2")
+    assert max(repeats.before.count("Lesesaal") for repeats in repeatses) > 3, (
+        "where it is, who is in it, what there is"
+    )
 
 
 @pytest.mark.parametrize("world", ["cafe_library", "survival", "evacuation"])
 def test_agents_of_a_grid_have_their_new_numbers_wherever_they_are_told(world: str):
-    for told in edited("rename_agents", world):
-        assert told.after == re.sub(r"Agent (\d+)", lambda found: f"Agent {int(found[1]) + 100}", told.before)
+    for repeats in edited("rename_agents", world):
+        assert repeats.after == re.sub(r"Agent (\d+)", lambda found: f"Agent {int(found[1]) + 100}", repeats.before)
 
 
 def facts(text: str, agents: int | None = None) -> list[str]:
@@ -120,8 +127,8 @@ def facts(text: str, agents: int | None = None) -> list[str]:
 @pytest.mark.parametrize("world", ["fishery", "public_goods_punishment"])
 def test_the_same_is_told_of_the_same_agents_of_a_game_under_their_new_numbers(world: str):
     agents = asked_in(world)[0].agents
-    for told in edited("rename_agents", world):
-        assert facts(told.after, agents) == facts(told.before)
+    for repeats in edited("rename_agents", world):
+        assert facts(repeats.after, agents) == facts(repeats.before)
 
 
 @pytest.mark.parametrize(
@@ -140,17 +147,17 @@ def test_the_same_is_told_of_the_same_agents_of_a_game_under_their_new_numbers(w
 )
 def test_nothing_is_left_of_what_is_taken_away(edit: str, world: str, gone: str):
     """Neither in what the shipped prompt tells nor in what one's own could."""
-    for told in edited(edit, world):
-        pattern = gone.replace("{agent}", str(told.question.agent))
-        assert re.search(pattern, f"{told.before}\n{told.question.observation}")
-        assert not re.search(pattern, f"{told.after}\n{told.changed.observation}")
+    for repeats in edited(edit, world):
+        pattern = gone.replace("{agent}", str(repeats.question.agent))
+        assert re.search(pattern, f"{repeats.before}\n{repeats.question.observation}")
+        assert not re.search(pattern, f"{repeats.after}\n{repeats.changed.observation}")
 
 
 @pytest.mark.parametrize("world", ["bar", "naming", "public_goods_punishment", "fishery", "cliff_walking"])
 def test_whoever_knows_of_nothing_before_knows_what_it_knew_at_first(world: str):
     scenario, _, asked = asked_in(world)
     forgetting, passing = find_edit("no_history", scenario), {"step", "names", "stock", "tokens", "given", "state"}
-    for told in edited("no_history", world):
-        first = next(one for one in asked if one.asked[1:] == told.question.asked[1:])
-        known, known_first = told.changed.observation, (forgetting.applied(first) or first).observation
+    for repeats in edited("no_history", world):
+        first = next(question for question in asked if question.asked[1:] == repeats.question.asked[1:])
+        known, known_first = repeats.changed.observation, (forgetting.applied(first) or first).observation
         assert {key for key in known if known[key] != known_first[key]} <= passing

@@ -60,7 +60,7 @@ def questions(cells: list[list[int]], seed: int, parts: dict[str, Any]) -> Itera
         asked = played.pending()
         yield from asked
         said = '{"message": "at (1, 2)"}', '{"action": "move", "direction": "up", "memory": "left of it"}'
-        played.advance([Answer(said[one.kind == "action"]) for one in asked])
+        played.advance([Answer(said[question.kind == "action"]) for question in asked])
 
 
 cells = st.lists(st.tuples(st.integers(-8, 9), st.integers(-9, 9)).map(list), min_size=1, max_size=4)
@@ -105,7 +105,9 @@ seeing = st.builds(
 def test_images_are_exchanged_for_as_many_others_that_were_seen_in_a_moment_of_the_kind(
     question: Question, others: list[Question]
 ):
-    seen = {one.images for one in others if one.kind == question.kind and len(one.images) == len(question.images)}
+    seen = {
+        other.images for other in others if other.kind == question.kind and len(other.images) == len(question.images)
+    }
     changed = GRID["other_image"].applied(question, others)
     assert (question if changed is None else changed).images in (seen - {question.images} or {question.images})
 
@@ -114,10 +116,10 @@ def gaps(question: Question) -> list[float]:
     """Return how far everything is that is told, squared; corners of rectangles, too."""
     seen = question.observation
     boxes = [*seen["places"], *seen.get("zones", ())]
-    assert all(one["x_min"] <= one["x_max"] and one["y_min"] <= one["y_max"] for one in boxes)
+    assert all(box["x_min"] <= box["x_max"] and box["y_min"] <= box["y_max"] for box in boxes)
     things = [one for key in ("fires", "places", "neighbours", "seen", "exits", "food") for one in seen.get(key, ())]
-    points = [(one["x"], one["y"]) for one in things] + [tuple(cell) for cell in seen.get("burning", ())]
-    points += [(one[x], one[y]) for one in boxes for x in ("x_min", "x_max") for y in ("y_min", "y_max")]
+    points = [(thing["x"], thing["y"]) for thing in things] + [tuple(cell) for cell in seen.get("burning", ())]
+    points += [(box[x], box[y]) for box in boxes for x in ("x_min", "x_max") for y in ("y_min", "y_max")]
     return sorted((x - seen["x"]) ** 2 + (y - seen["y"]) ** 2 for x, y in points)
 
 
@@ -192,8 +194,8 @@ def test_an_edit_that_is_not_there_is_named_with_the_closest():
         find_edit("swap_persona.ages", world([[0, 0]]))
     with pytest.raises(InputError, match="'mirror' has no parts"):
         find_edits("mirror.each", world([[0, 0]]))
-    found = [edit.name for edit in find_edits("swap_persona.each", world([[0, 0]]))]
-    assert found == ["swap_persona.age", "swap_persona.trade"]
+    texts = [edit.name for edit in find_edits("swap_persona.each", world([[0, 0]]))]
+    assert texts == ["swap_persona.age", "swap_persona.trade"]
 
 
 CAMERA = {edit.name: edit for edit in edits_of("camera")}

@@ -29,8 +29,8 @@ def asked_after(scenario: Scenario, *rounds: Sequence[Any], seed: int = 0) -> li
     """Return what is asked after rounds of these decisions, by agent."""
     world = scenario.start(seed)
     for decisions in rounds:
-        world.advance([Answer(deciding(decisions[one.agent])) for one in world.pending()])
-    return sorted(world.pending(), key=lambda one: one.agent)
+        world.advance([Answer(deciding(decisions[question.agent])) for question in world.pending()])
+    return sorted(world.pending(), key=lambda question: question.agent)
 
 
 def edited(scenario: Scenario, name: str, question: Question, others: Sequence[Question] = ()) -> dict[str, Any]:
@@ -77,7 +77,7 @@ def test_where_nothing_would_follow_nobody_did_the_opposite():
     whom = asked_after(punished(), [15, 10, 0, 4])[0]
     assert edited(punished(), "others_went", whom)["given"] == [15, 0, 10, 6]
     for scenario, decisions in ((goods(reset=False), [5, 10, 10, 10]), (naming(protocol="speaker"), ["a", "a"])):
-        for question in (one for seed in range(5) for one in asked_after(scenario, decisions, seed=seed)):
+        for question in (question for seed in range(5) for question in asked_after(scenario, decisions, seed=seed)):
             assert find_edit("others_went", scenario).applied(question) is None
 
 
@@ -96,7 +96,7 @@ def test_agents_are_numbered_from_the_end_and_so_are_those_to_choose_from():
     assert (changed.observation["agent"], changed.observation["given"]) == (2, [4, 0, 10, 5])
     assert set(changed.legal.labels) == {"nobody", "agent 3", "agent 1", "agent 0"}
     assert renaming.described(punished())["expected"]["agent 3"] == "agent 0"
-    assert [json.loads(one)["action"] for one in changed.options] == list(changed.legal.labels)
+    assert [json.loads(option)["action"] for option in changed.options] == list(changed.legal.labels)
     reading = punished().read(changed, Answer(deciding("agent 1")))
     assert reading.action == "agent 1"
     assert punished().read(changed, Answer(deciding("agent 2"))).action is None
@@ -107,13 +107,13 @@ def test_months_and_talk_of_a_fishery_name_the_same_agents_under_other_numbers()
     question = asked_after(lake, [1, 2, 3])[0]
     found = edited(lake, "rename_agents", question)
     assert found["months"][0]["caught"] == [3, 2, 1] and found["agent"] == 2 - question.agent
-    assert [lake.payoffs(one) for one in asked_after(lake, [1, 2, 3])] == [[[1, 2, 3][question.agent]]]
+    assert [lake.payoffs(question) for question in asked_after(lake, [1, 2, 3])] == [[[1, 2, 3][question.agent]]]
 
 
 def test_options_are_turned_round_and_each_can_come_first():
     places = find_edits("permute_options.each", naming())
     assert [edit.name for edit in places] == ["permute_options.2", "permute_options.3"]
-    for question in (one for seed in range(9) for one in asked_after(naming(), seed=seed)):
+    for question in (question for seed in range(9) for question in asked_after(naming(), seed=seed)):
         names = question.observation["names"]
         turns = [[*names[place:], *names[:place]] for place in (1, 2)]
         assert edited(naming(), "permute_options", question)["names"] in turns
@@ -124,9 +124,9 @@ def test_options_are_turned_round_and_each_can_come_first():
     assert find_edit("permute_options", bar()).applied(asked_after(bar())[0]) is None
 
 
-def differing(one: Question, other: Question | None) -> set[str]:
+def differing(question: Question, other: Question | None) -> set[str]:
     """Return the attributes of the persona that differ."""
-    return {key for key, value in one.observation["persona"].items() if other.observation["persona"][key] != value}
+    return {key for key, value in question.observation["persona"].items() if other.observation["persona"][key] != value}
 
 
 def test_somebody_else_is_asked_or_somebody_who_differs_in_one_attribute():

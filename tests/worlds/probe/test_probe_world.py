@@ -39,7 +39,7 @@ def kept_in(
     runs = runs or {"run": Source(seed=4, sha256=digest_of(past))}
     content = msgspec.json.encode(Moments(runs=runs, moments=tuple(moments)))
     (folder / "moments.json").write_bytes(content)
-    lines = b"".join(msgspec.json.encode(one) + b"\n" for one in past)
+    lines = b"".join(msgspec.json.encode(said) + b"\n" for said in past)
     for run in runs:
         (folder / f"{run}.zst").write_bytes(zstandard.compress(lines))
     kept = {"moments": str(folder / "moments.json"), "past": str(folder / "{run}.zst")}
@@ -47,16 +47,16 @@ def kept_in(
 
 
 def as_moments(asked: list[Question], run: str = "run") -> list[Moment]:
-    return [Moment(run, one.step, one.agent, one.kind, one.again) for one in asked]
+    return [Moment(run, question.step, question.agent, question.kind, question.again) for question in asked]
 
 
 @pytest.mark.parametrize(("scenario", "most"), [(world(), 0), (naming(), 2)], ids=["grid", "naming"])
 def test_every_question_of_an_episode_comes_out_as_it_was_asked(scenario: Scenario, most: int):
     asked, past = played(scenario)
-    assert max(one.again for one in asked) == most
+    assert max(question.again for question in asked) == most
     assert questions_at(scenario, 4, past, as_moments(asked)) == asked
-    for one in asked:
-        assert questions_at(scenario, 4, past, as_moments([one])) == [one]
+    for question in asked:
+        assert questions_at(scenario, 4, past, as_moments([question])) == [question]
 
 
 def test_a_world_that_asks_otherwise_by_now_is_refused():
@@ -73,17 +73,21 @@ def test_moments_are_asked_in_rounds_each_time_with_a_seed_of_its_own_and_read_b
     asked, past = played(world())
     probe = ProbeScenario(source=world(), repeats=10, **kept_in(tmp_path, as_moments(asked), past))
     assert probe.count_calls() == 10 * len(asked) == 180
-    running, found, records = probe.start(4), list[Question](), []
+    running, questions, records = probe.start(4), list[Question](), []
     while not running.finished:
         pending = running.pending()
-        found += pending
-        records += running.advance([Answer(HELLO if one.kind == "message" else "no idea") for one in pending])
-    assert running.step == 3 and running.pending() == [] and len(found) == 180 > 2 * ROUND
-    assert {one.again for one in found} == {repeat * APART for repeat in range(10)}
-    assert len({one.sampling_seed(4) for one in found}) == 180
-    assert {(one.message, one.outcome) for one in records if one.kind == "message"} == {("Hello.", Outcome.CHOSEN)}
-    assert {(one.action, one.outcome) for one in records if one.kind == "action"} == {(None, Outcome.UNREADABLE)}
-    assert [one.repeat for one in records[:10]] == list(range(10)) and not probe.start(5).pending()
+        questions += pending
+        records += running.advance([Answer(HELLO if question.kind == "message" else "no idea") for question in pending])
+    assert running.step == 3 and running.pending() == [] and len(questions) == 180 > 2 * ROUND
+    assert {question.again for question in questions} == {repeat * APART for repeat in range(10)}
+    assert len({question.sampling_seed(4) for question in questions}) == 180
+    assert {(record.message, record.outcome) for record in records if record.kind == "message"} == {
+        ("Hello.", Outcome.CHOSEN)
+    }
+    assert {(record.action, record.outcome) for record in records if record.kind == "action"} == {
+        (None, Outcome.UNREADABLE)
+    }
+    assert [record.repeat for record in records[:10]] == list(range(10)) and not probe.start(5).pending()
 
 
 def test_an_edit_that_looks_around_is_given_the_moments_of_its_seed_and_of_the_next(
@@ -100,7 +104,7 @@ def test_an_edit_that_looks_around_is_given_the_moments_of_its_seed_and_of_the_n
     moments = [moment for seed, count in counts.items() for moment in as_moments(asked[:count], f"run{seed}")]
     probe = ProbeScenario(source=world(), repeats=1, **kept_in(tmp_path, moments, past, sources))
     for seed, others in {4: 1 + 1, 6: 0 + 3, 9: 2 + 2}.items():
-        assert {one.observation["others"] for one in probe.start(seed).pending()} == {others}
+        assert {question.observation["others"] for question in probe.start(seed).pending()} == {others}
     assert probe.start(5).pending() == []
 
 

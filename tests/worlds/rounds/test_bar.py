@@ -23,9 +23,9 @@ def evening(scenario: Bar, *goers: int) -> tuple[list[RoundStep], Evening, list[
     """Return what a first evening writes, and what each agent is told of it."""
     world = scenario.start(0)
     records = world.advance([Answer(GO if agent in goers else STAY) for agent in range(scenario.agents)])
-    steps = [one for one in records if isinstance(one, RoundStep)]
-    (one,) = (one for one in records if isinstance(one, Evening))
-    return steps, one, [question.observation["evenings"] for question in world.pending()]
+    steps = [record for record in records if isinstance(record, RoundStep)]
+    (step_record,) = (record for record in records if isinstance(record, Evening))
+    return steps, step_record, [question.observation["evenings"] for question in world.pending()]
 
 
 @pytest.mark.parametrize(

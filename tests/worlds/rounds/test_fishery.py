@@ -20,17 +20,17 @@ from small_worlds import fishery
 
 
 def caught(world: World, *wishes: object) -> list[Record]:
-    return list(world.advance([Answer(json.dumps({"action": one})) for one in wishes]))
+    return list(world.advance([Answer(json.dumps({"action": wish})) for wish in wishes]))
 
 
 def stocks(written: list[Record]) -> list[Stock]:
-    return [one for one in written if isinstance(one, Stock)]
+    return [stock for stock in written if isinstance(stock, Stock)]
 
 
 def test_wishes_within_the_stock_are_met_and_what_is_left_doubles():
     world = fishery(agents=2).start(0)
     written = caught(world, 30, 45)
-    catches = [(one.action, one.caught, one.utility) for one in written if isinstance(one, Catch)]
+    catches = [(catch.action, catch.caught, catch.utility) for catch in written if isinstance(catch, Catch)]
     assert catches == [(30, 30, 30), (45, 45, 45)]
     assert stocks(written) == [Stock(step=1, before=100, caught=75, outsider=None, after=25, next=50)]
     assert [one.observation["stock"] for one in world.pending()] == [50, 50]
@@ -95,7 +95,7 @@ def test_in_proportion_everybody_gets_its_part_and_the_rest_is_drawn_among_the_r
 def test_nobody_gets_more_than_it_wants_and_all_of_a_stock_that_is_wanted_is_given(
     wishes: list[int], stock: int, sharing: str, seed: int
 ):
-    wanted = [min(one, stock) for one in wishes]
+    wanted = [min(wish, stock) for wish in wishes]
     got = shares(wanted, stock, sharing, seeding.stream(seed, "test"))
     assert all(0 <= one <= most for one, most in zip(got, wanted, strict=True))
     assert sum(got) == min(sum(wanted), stock)
@@ -118,10 +118,10 @@ def test_no_ton_is_lost_or_made_whatever_is_answered(
         written += world.advance([Answer(said[(asked + place) % len(said)]) for place, _ in enumerate(world.pending())])
         asked += 1
     months = stocks(written)
-    assert [one.step for one in months] == list(range(1, world.step + 1))
+    assert [month.step for month in months] == list(range(1, world.step + 1))
     for month, following in zip(months, [*months[1:], None], strict=True):
-        catches = [one for one in written if isinstance(one, Catch) and one.kind == "catch"]
-        assert month.caught == sum(one.caught or 0 for one in catches if one.step == month.step)
+        catches = [catch for catch in written if isinstance(catch, Catch) and catch.kind == "catch"]
+        assert month.caught == sum(catch.caught or 0 for catch in catches if catch.step == month.step)
         assert month.before == month.caught + (month.outsider or 0) + month.after
         assert month.next == (min(2 * month.after, 100) if month.after >= 5 else None)
         assert following is None or following.before == month.next
@@ -137,7 +137,7 @@ def test_all_talk_in_drawn_order_round_and_round_and_hear_what_was_said():
         assert question.observation["stock"] == 98, "what the catch left"
         assert [one["text"] for one in question.observation["talk"]] == texts[: texts.index(text)]
         written = list(world.advance([Answer(json.dumps({"message": text}))]))
-        assert [one.recipient for one in written if isinstance(one, Message)] == [1 - question.agent]
+        assert [message.recipient for message in written if isinstance(message, Message)] == [1 - question.agent]
     assert order == [order[0], 1 - order[0], order[0]]
     assert world.pending()[0].kind == "catch"
     assert [one["agent"] for one in world.pending()[0].observation["talk"]] == order
@@ -179,7 +179,7 @@ def test_who_takes_all_ends_it_at_once_and_who_takes_the_sustainable_share_never
     assert greedy == [Stock(step=1, before=100, caught=100, outsider=None, after=0, next=None)]
     lasting = stocks(list(records(fishery(talk=10), SustainableCatch("sustainable"), 3)))
     months = range(1, 13)
-    assert lasting == [Stock(step=one, before=100, caught=50, outsider=None, after=50, next=100) for one in months]
+    assert lasting == [Stock(step=month, before=100, caught=50, outsider=None, after=50, next=100) for month in months]
 
 
 def test_the_same_seed_gives_the_same_episode_and_chance_comes_of_the_seed():

@@ -26,7 +26,7 @@ def answered(scenario: NamingGame, say: Callable[[Question], str], seed: int = 0
 
 
 def meetings(written: Sequence[Record]) -> list[Meeting]:
-    return sorted((one for one in written if isinstance(one, Meeting)), key=lambda one: one.number)
+    return sorted((meeting for meeting in written if isinstance(meeting, Meeting)), key=lambda meeting: meeting.number)
 
 
 def own_name(question: Question) -> str:
@@ -49,13 +49,16 @@ def test_every_pair_meets_as_soon_as_those_before_it_with_its_agents_have_met(pa
 def test_two_that_say_the_same_name_succeed_and_others_fail():
     written = answered(game(steps=9), own_name)
     met = meetings(written)
-    assert [(one.number, one.step) for one in met] == [(place + 1, place // 3 + 1) for place in range(27)]
-    assert all(one.equal == (one.first % 3 == one.second % 3) for one in met) and len({one.equal for one in met}) == 2
-    said = [one for one in written if isinstance(one, Naming)]
-    pairs = Counter((one.number, agent) for one in met for agent in (one.first, one.second))
-    assert Counter((one.number, one.agent) for one in said) == pairs
-    equal = {one.number: one.equal for one in met}
-    assert all(one.utility == (100 if equal[one.number] else -50) for one in said)
+    assert [(meeting.number, meeting.step) for meeting in met] == [(place + 1, place // 3 + 1) for place in range(27)]
+    assert (
+        all(meeting.equal == (meeting.first % 3 == meeting.second % 3) for meeting in met)
+        and len({meeting.equal for meeting in met}) == 2
+    )
+    said = [naming for naming in written if isinstance(naming, Naming)]
+    pairs = Counter((meeting.number, agent) for meeting in met for agent in (meeting.first, meeting.second))
+    assert Counter((naming.number, naming.agent) for naming in said) == pairs
+    equal = {meeting.number: meeting.equal for meeting in met}
+    assert all(naming.utility == (100 if equal[naming.number] else -50) for naming in said)
 
 
 def test_each_remembers_its_latest_meetings_in_their_order_before_the_next():
@@ -64,44 +67,44 @@ def test_each_remembers_its_latest_meetings_in_their_order_before_the_next():
     world = game(steps=20).start(1)
     while not world.finished:
         questions = world.pending()
-        for one in questions:
-            assert one.observation["memory"] == past[one.agent][-2:]
-            assert one.observation["points"] == sum(met["points"] for met in past[one.agent])
-            assert sorted(one.observation["names"]) == ["ama", "bodo", "ceri"]
-        written = world.advance([Answer(json.dumps({"action": own_name(one)})) for one in questions])
-        for met in (one for one in written if isinstance(one, Meeting)):
+        for question in questions:
+            assert question.observation["memory"] == past[question.agent][-2:]
+            assert question.observation["points"] == sum(met["points"] for met in past[question.agent])
+            assert sorted(question.observation["names"]) == ["ama", "bodo", "ceri"]
+        written = world.advance([Answer(json.dumps({"action": own_name(question)})) for question in questions])
+        for met in (meeting for meeting in written if isinstance(meeting, Meeting)):
             names = (met.first_name, met.second_name)
             for agent, (own, other) in ((met.first, names), (met.second, names[::-1])):
                 past[agent].append({"own": own, "other": other, "points": 100 if met.equal else -50})
         seen += questions
-    again = Counter((one.step, one.agent) for one in seen if one.again)
+    again = Counter((question.step, question.agent) for question in seen if question.again)
     assert again, "some are asked twice in a round, each time with another seed"
-    assert len({one.sampling_seed(0) for one in seen}) == len(seen)
+    assert len({question.sampling_seed(0) for question in seen}) == len(seen)
 
 
 def test_all_pairs_are_equally_likely_and_a_speaker_draws_evenly_among_the_names_that_it_knows():
     episodes = [answered(game(steps=50), own_name, seed) for seed in range(4)]
-    met = Counter(frozenset((one.first, one.second)) for episode in episodes for one in meetings(episode))
+    met = Counter(frozenset((meeting.first, meeting.second)) for episode in episodes for meeting in meetings(episode))
     assert len(met) == 15 and all(abs(count - 40) < 5 * 6.2 for count in met.values())
     pair = game(protocol="speaker", agents=2, steps=1)
-    first = Counter(one.first_name for seed in range(90) for one in meetings(records(pair, Random("r"), seed)))
+    first = Counter(meeting.first_name for seed in range(90) for meeting in meetings(records(pair, Random("r"), seed)))
     assert set(first) == {"ama", "bodo", "ceri"} and all(abs(count - 30) < 5 * 4.5 for count in first.values())
 
 
 def test_what_cannot_be_read_names_nothing_and_fails():
     met = meetings(answered(game(steps=1), lambda _: "dada"))
-    assert {(one.first_name, one.second_name, one.equal) for one in met} == {(None, None, False)}
+    assert {(meeting.first_name, meeting.second_name, meeting.equal) for meeting in met} == {(None, None, False)}
 
 
 def test_who_is_committed_says_one_name_and_is_asked_nothing():
     scenario = game(agents=9, committed=1 / 3, committed_name="bodo", steps=40)
     written = answered(scenario, lambda _: "ama", 5)
-    asked = {one.agent for one in written if isinstance(one, Naming)}
+    asked = {naming.agent for naming in written if isinstance(naming, Naming)}
     assert len(asked) == 6
-    for one in meetings(written):
-        for agent, name in ((one.first, one.first_name), (one.second, one.second_name)):
+    for meeting in meetings(written):
+        for agent, name in ((meeting.first, meeting.first_name), (meeting.second, meeting.second_name)):
             assert name == ("ama" if agent in asked else "bodo")
-    other = {one.agent for one in answered(scenario, lambda _: "ama", 6) if isinstance(one, Naming)}
+    other = {naming.agent for naming in answered(scenario, lambda _: "ama", 6) if isinstance(naming, Naming)}
     assert other != asked, "the seed draws who is committed"
 
 
@@ -110,22 +113,22 @@ def test_an_established_name_is_what_all_remember():
     assert first.observation["memory"] == [{"own": "ceri", "other": "ceri", "points": 100}] * 2
     assert (first.observation["met"], first.observation["points"]) == (2, 200)
     written = records(game(established="ceri"), BestResponse("best"), 0)
-    assert all(one.first_name == one.second_name == "ceri" for one in meetings(written))
+    assert all(meeting.first_name == meeting.second_name == "ceri" for meeting in meetings(written))
 
 
 def by_the_classic_rules(met: Sequence[Meeting], agents: int) -> list[bool]:
     """Return which meetings succeed in the minimal naming game, whose speakers say what they said here."""
     known: list[set[str]] = [set() for _ in range(agents)]
     found = []
-    for one in met:
-        name = one.first_name
+    for meeting in met:
+        name = meeting.first_name
         assert name is not None
-        speaker, hearer = known[one.first], known[one.second]
-        assert name in (speaker or {f"n{one.first}"}), "a speaker says a name it knows, or else invents one"
+        speaker, hearer = known[meeting.first], known[meeting.second]
+        assert name in (speaker or {f"n{meeting.first}"}), "a speaker says a name it knows, or else invents one"
         speaker.add(name)
         found.append(name in hearer)
         if found[-1]:
-            known[one.first], known[one.second] = {name}, {name}
+            known[meeting.first], known[meeting.second] = {name}, {name}
         else:
             hearer.add(name)
     return found
@@ -136,15 +139,15 @@ def by_the_classic_rules(met: Sequence[Meeting], agents: int) -> list[bool]:
 def test_with_a_speaker_it_is_the_minimal_naming_game(seed: int, agents: int):
     scenario = game(protocol="speaker", names=None, agents=agents, steps=30)
     met = meetings(records(scenario, Random("random"), seed))
-    assert [one.equal for one in met] == by_the_classic_rules(met, agents)
-    assert all(one.second_name is None for one in met)
+    assert [meeting.equal for meeting in met] == by_the_classic_rules(met, agents)
+    assert all(meeting.second_name is None for meeting in met)
 
 
 def test_a_committed_hearer_learns_nothing():
     scenario = game(protocol="speaker", agents=2, committed=0.5, committed_name="ceri", steps=60)
     met = meetings(answered(scenario, lambda question: min(question.observation["names"])))
-    assert {one.equal for one in met if one.first_name == "ama"} == {False}
-    assert {one.first_name for one in met} == {"ama", "ceri"}
+    assert {meeting.equal for meeting in met if meeting.first_name == "ama"} == {False}
+    assert {meeting.first_name for meeting in met} == {"ama", "ceri"}
 
 
 def test_it_ends_with_a_consensus_where_that_is_set_in_the_first_round_in_which_its_share_succeeds():
@@ -154,8 +157,10 @@ def test_it_ends_with_a_consensus_where_that_is_set_in_the_first_round_in_which_
     ends = set()
     for seed in range(4):
         scenario = game(agents=40, steps=30, until="consensus")
-        met = meetings(answered(scenario, lambda one: "ama" if one.agent else "bodo", seed))
-        successes = [sum(one.equal for one in met if one.step == step) for step in range(1, met[-1].step + 1)]
+        met = meetings(answered(scenario, lambda question: "ama" if question.agent else "bodo", seed))
+        successes = [
+            sum(meeting.equal for meeting in met if meeting.step == step) for step in range(1, met[-1].step + 1)
+        ]
         assert [count >= 19 for count in successes].index(True) == len(successes) - 1, "19 of 20 are 95 %"
         ends.add(successes[-1])
     assert ends == {19, 20}
@@ -179,4 +184,4 @@ def test_whatever_is_answered_every_meeting_is_written_once(seed: int, said: lis
     written: list[Record] = list(world.opening())
     while not world.finished:
         written += world.advance([Answer(said[place % len(said)]) for place, _ in enumerate(world.pending())])
-    assert [one.number for one in meetings(written)] == list(range(1, 7))
+    assert [meeting.number for meeting in meetings(written)] == list(range(1, 7))

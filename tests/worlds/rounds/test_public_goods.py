@@ -16,11 +16,11 @@ from small_worlds import goods, punished
 
 def payoffs(world: World, *texts: str) -> list[float | None]:
     records = world.advance([Answer(text) for text in texts])
-    return [one.utility for one in records if isinstance(one, Giving) and one.kind == "contribution"]
+    return [record.utility for record in records if isinstance(record, Giving) and record.kind == "contribution"]
 
 
 def give(*tokens: int) -> list[str]:
-    return [deciding(one) for one in tokens]
+    return [deciding(token) for token in tokens]
 
 
 def test_the_pot_is_doubled_and_shared_by_all_whatever_each_gave():
@@ -56,7 +56,7 @@ def test_punishment_costs_who_punishes_and_takes_from_who_is_punished():
     asked = world.pending()
     assert {one.kind for one in asked} == {"punishment"}
     assert asked[2].observation["given"] == [20, 20, 20, 0] and asked[2].observation["tokens"] == 30
-    assert [json.loads(one)["action"] for one in asked[3].options] == ["nobody", "agent 0", "agent 1", "agent 2"]
+    assert [json.loads(option)["action"] for option in asked[3].options] == ["nobody", "agent 0", "agent 1", "agent 2"]
     found = payoffs(world, deciding("agent 3"), "Agent 3!", deciding("nobody"), deciding("agent 0"))
     assert found == [26, 29, 30, 43]
     (last,) = world.pending()[3].observation["rounds"]
@@ -81,18 +81,20 @@ def test_tokens_come_from_the_multiplied_pot_and_go_to_punishment_alone(
         asked = world.pending()
         replies = [data.draw(st.sampled_from([*one.options[:3], one.options[-1], "none", ""])) for one in asked]
         before = [one.observation["tokens"] for one in asked]
-        records = world.advance([Answer(one) for one in replies])
-        pots = [one for one in records if isinstance(one, Pot)]
+        records = world.advance([Answer(reply) for reply in replies])
+        pots = [record for record in records if isinstance(record, Pot)]
         if asked[0].kind == "contribution":
             had, (pot,) = sum(before), pots
             left = had + pot.returned - pot.given
             continue
         assert sum(before) == pytest.approx(left)
-        whom = [one.action for one in world_lines(records, "punishment")]
-        got = sum(one.utility or 0 for one in world_lines(records, "contribution")) + (0 if reset else had)
+        whom = [world_line.action for world_line in world_lines(records, "punishment")]
+        got = sum(world_line.utility or 0 for world_line in world_lines(records, "contribution")) + (
+            0 if reset else had
+        )
         paid = sum(one not in (None, "nobody") for one in whom)
         assert left - paid * (1 + 3) - 1e-6 <= got <= left - paid + 1e-6
 
 
 def world_lines(records: Any, kind: str) -> list[RoundStep]:
-    return [one for one in records if isinstance(one, RoundStep) and one.kind == kind]
+    return [record for record in records if isinstance(record, RoundStep) and record.kind == kind]

@@ -19,13 +19,13 @@ SETS = [BAR, CATCH, PRICE, Actions(labels=("do nothing", "punish", "do not punis
 
 
 def bar(text: str, ending: str = "stop") -> tuple[Any, str]:
-    found = read_decision(Answer(text, ending), BAR, "evening")
-    return found.action, str(found.outcome)
+    reading = read_decision(Answer(text, ending), BAR, "evening")
+    return reading.action, str(reading.outcome)
 
 
 def catch(text: str) -> tuple[Any, str]:
-    found = read_decision(Answer(text), CATCH, "catch")
-    return found.action, str(found.outcome)
+    reading = read_decision(Answer(text), CATCH, "catch")
+    return reading.action, str(reading.outcome)
 
 
 CHOSEN = [
@@ -102,11 +102,13 @@ def test_the_longer_of_two_labels_is_meant():
 def test_every_option_and_the_idle_reply_are_chosen(actions: Actions):
     known = options_of(actions)
     idle = idle_of(actions)
-    found = [read_decision(Answer(text), actions, "kind") for text in (*known, *filter(None, [idle]))]
-    assert {one.outcome for one in found} == {Outcome.CHOSEN} and len({one.action for one in found}) == len(known)
-    assert idle is None or found[-1].action == actions.idle
+    readings = [read_decision(Answer(text), actions, "kind") for text in (*known, *filter(None, [idle]))]
+    assert {reading.outcome for reading in readings} == {Outcome.CHOSEN} and len(
+        {reading.action for reading in readings}
+    ) == len(known)
+    assert idle is None or readings[-1].action == actions.idle
     if actions.labels:
-        assert [one.action for one in found[: len(known)]] == list(actions.labels)
+        assert [reading.action for reading in readings[: len(known)]] == list(actions.labels)
 
 
 def test_a_long_range_has_some_options_and_an_endless_one_none():
@@ -121,19 +123,19 @@ def test_a_long_range_has_some_options_and_an_endless_one_none():
     ("{broken", None, "unreadable"), ("<your message>", None, "unreadable"),
 ])  # fmt: skip
 def test_talk_is_an_object_with_a_message_or_a_text_without_any(text: str, message: str | None, outcome: str):
-    found = read_talk(Answer(text))
-    assert (found.message, str(found.outcome)) == (message, outcome)
+    reading = read_talk(Answer(text))
+    assert (reading.message, str(reading.outcome)) == (message, outcome)
 
 
 @given(st.sampled_from(SETS), st.text(max_size=300))
 @example(BAR, '{"action": {"action": "go"}}')
 @example(CATCH, '{"action": "' + "9" * 110 + '"}')
 def test_any_text_is_read_as_a_legal_decision_or_as_none(actions: Actions, text: str):
-    found = read_decision(Answer(text), actions, "kind")
-    decided = found.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
-    assert decided == (found.action is not None)
+    reading = read_decision(Answer(text), actions, "kind")
+    decided = reading.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
+    assert decided == (reading.action is not None)
     if decided:
-        assert deciding(found.action) in options_of(actions) or not actions.labels
+        assert deciding(reading.action) in options_of(actions) or not actions.labels
 
 
 DENIALS = (

@@ -57,16 +57,22 @@ def answered(world: World, *texts: str) -> list[Record]:
 
 
 def decided(written: Sequence[Record]) -> list[RoundStep]:
-    return [one for one in written if isinstance(one, RoundStep)]
+    return [step_record for step_record in written if isinstance(step_record, RoundStep)]
 
 
 def test_what_one_yield_holds_is_asked_at_once_and_recorded_with_what_it_brought():
     world = bar().start(0)
-    assert [(one.step, one.agent, one.kind) for one in world.pending()] == [(1, agent, "evening") for agent in range(3)]
+    assert [(question.step, question.agent, question.kind) for question in world.pending()] == [
+        (1, agent, "evening") for agent in range(3)
+    ]
     lines = decided(answered(world, GO, STAY, STAY))
-    assert [(one.agent, one.action, one.utility) for one in lines] == [(0, "go", 10), (1, "stay", 5), (2, "stay", 5)]
+    assert [(line.agent, line.action, line.utility) for line in lines] == [
+        (0, "go", 10),
+        (1, "stay", 5),
+        (2, "stay", 5),
+    ]
     assert (world.step, world.finished) == (1, False)
-    assert [one.utility for one in decided(answered(world, GO, GO, STAY))] == [0, 0, 5]
+    assert [step_record.utility for step_record in decided(answered(world, GO, GO, STAY))] == [0, 0, 5]
     assert (world.step, world.finished, world.pending()) == (2, True, ())
 
 
@@ -84,15 +90,15 @@ def test_an_unreadable_decision_counts_as_idle_and_is_recorded_as_none():
 
 def test_talk_goes_one_after_another_in_drawn_order_and_is_heard_by_the_others_before_they_speak():
     world = fishery(agents=3).start(3)
-    assert [one.action for one in decided(answered(world, "5", "6", "7"))] == [5, 6, 7]
+    assert [step_record.action for step_record in decided(answered(world, "5", "6", "7"))] == [5, 6, 7]
     order, heard = [], []
     for _ in range(3):
         (question,) = world.pending()
         order.append(question.agent)
         heard.append([said["sender"] for said in question.observation["received"]])
         records = answered(world, f'{{"message": "I am {question.agent}"}}')
-        delivered = [one for one in records if isinstance(one, Message)]
-        assert {(one.sender, one.text) for one in delivered} == {(question.agent, f"I am {question.agent}")}
+        delivered = [record for record in records if isinstance(record, Message)]
+        assert {(message.sender, message.text) for message in delivered} == {(question.agent, f"I am {question.agent}")}
     assert sorted(order) == [0, 1, 2] and heard == [[], order[:1], order[:2]]
 
 
@@ -112,8 +118,8 @@ def test_who_is_asked_the_same_again_in_a_round_answers_with_another_seed():
         asked += world.pending()
         answered(world, GO, STAY)
     expected = [(step, agent, again) for step in (1, 2) for again in (0, 1) for agent in (0, 1)]
-    assert [(one.step, one.agent, one.again) for one in asked] == expected
-    assert len({one.sampling_seed(0) for one in asked}) == 8
+    assert [(question.step, question.agent, question.again) for question in asked] == expected
+    assert len({question.sampling_seed(0) for question in asked}) == 8
 
 
 def test_an_episode_ends_where_its_rules_do_and_writes_what_they_leave_as_the_round_ends():
@@ -121,7 +127,9 @@ def test_an_episode_ends_where_its_rules_do_and_writes_what_they_leave_as_the_ro
     answered(world, "1", "1")
     answered(world, "Hello!")
     spoken = decided(answered(world, ""))
-    assert [(one.kind, one.action, one.message, one.outcome) for one in spoken] == [
+    assert [
+        (step_record.kind, step_record.action, step_record.message, step_record.outcome) for step_record in spoken
+    ] == [
         ("talk", None, "Hello!", Outcome.CHOSEN),
         ("talk", None, None, Outcome.EMPTY),
     ]
@@ -152,12 +160,12 @@ def test_what_is_legal_may_be_less_than_the_world_declares():
     for _ in range(2):
         answered(world, "hm")
     assert len(world.pending()[0].options) == 21
-    assert [one.action for one in decided(answered(world, "21", "20"))] == [None, 20]
+    assert [step_record.action for step_record in decided(answered(world, "21", "20"))] == [None, 20]
 
 
 def test_random_draws_uniformly_among_what_is_legal_and_first_takes_the_first():
     def actions(model: ScriptedModel, **changes: int) -> Counter[Any]:
-        return Counter(one.action for one in decided(records(bar(**changes), model, 0)))
+        return Counter(step_record.action for step_record in decided(records(bar(**changes), model, 0)))
 
     assert abs(actions(Random("r"), agents=30, steps=30)["go"] - 450) < 3 * 15
     assert abs(actions(Random("r", stay_probability=0.1), agents=30, steps=30)["stay"] - 90) < 3 * 9
@@ -201,8 +209,8 @@ def test_calls_are_counted_at_most_and_a_wordy_answer_decides_and_fills_what_is_
     assert (bar().count_calls(), games.punished().count_calls()) == (6, 24)
     scenario = fishery(agents=1)
     world = scenario.start(0)
-    (one,) = decided(answered(world, scenario.wordy_answer(world.pending()[0], 500)))
-    assert one.action == 100
+    (step_record,) = decided(answered(world, scenario.wordy_answer(world.pending()[0], 500)))
+    assert step_record.action == 100
     said = json.loads(scenario.wordy_answer(world.pending()[0], 500))
     assert world.pending()[0].kind == "talk" and len(said["message"]) > 400
 
@@ -255,9 +263,9 @@ class Wrong(Bar):
         for _ in table.rounds(2):
             if self.fault == "nobody":
                 yield []
-            (one,) = yield [table.ask(0, "evening")]
-            table.record(one)
-            table.record(one)
+            (decision,) = yield [table.ask(0, "evening")]
+            table.record(decision)
+            table.record(decision)
 
 
 @pytest.mark.parametrize(

@@ -45,14 +45,14 @@ class RingRecords(AnyRecords):
     def arrays(self, folder: RunFolder) -> RingRun:  # type: ignore[override]
         columns = self.columns(["agent", "place", "place_next", "outcome"])
         agents = max(columns.pop("agent")) + 1
-        columns["outcome"] = [OUTCOMES.index(one) for one in columns["outcome"]]
+        columns["outcome"] = [OUTCOMES.index(column) for column in columns["outcome"]]
         return RingRun(folder.id, **{name: np.array(one).reshape(-1, agents) for name, one in columns.items()})
 
 
 def read(folder: RunFolder, summary: RunSummary | None) -> RingRecords:
     """Read the lines of a run."""
-    found = read_lines(folder, summary)
-    return RingRecords(found.declared, found.steps, found.messages, found.unfit)
+    any_records = read_lines(folder, summary)
+    return RingRecords(any_records.declared, any_records.steps, any_records.messages, any_records.unfit)
 
 
 ANALYSIS = FormAnalysis(name="ring", run=RingRun, read=read)

@@ -115,8 +115,8 @@ def test_no_step_of_the_grid_leads_through_what_stands_beside_it():
     """The post is a quarter of the way along a knight's move, and just within the body's radius of it."""
     x, y = 0.1 - 0.247 / math.sqrt(5), 0.075 + 2 * 0.247 / math.sqrt(5)
     collider = Collider(room(box("/post", (x - 1e-4, y - 1e-4, 0), (x + 1e-4, y + 1e-4, 2))))
-    found = find_walkable(collider.ground, collider.bounds, BODY, CELL_M)
-    near = [(one, other) for one, other in found.places[found.edges] if np.hypot(*(one[:2] - (x, y))) < 0.5]
+    walkable = find_walkable(collider.ground, collider.bounds, BODY, CELL_M)
+    near = [(one, other) for one, other in walkable.places[walkable.edges] if np.hypot(*(one[:2] - (x, y))) < 0.5]
     assert len(near) > 50 and all(collider.walkable(one, other, BODY) for one, other in near)
 
 
@@ -190,10 +190,10 @@ def test_a_foot_at_the_goal_has_no_way_to_go_and_one_far_from_every_cell_no_dist
 def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
     collider = Collider(room(box("/table", (0, 0, 0.6), (1, 1, 0.7))))
     first = Navigator(collider, BODY, cache=tmp_path / "cache")
-    (kept,) = (tmp_path / "cache").iterdir()
-    stamp = kept.stat().st_mtime_ns
+    (path,) = (tmp_path / "cache").iterdir()
+    stamp = path.stat().st_mtime_ns
     second = Navigator(collider, BODY, cache=tmp_path / "cache")
-    assert kept.stat().st_mtime_ns == stamp
+    assert path.stat().st_mtime_ns == stamp
     assert second.places.tolist() == first.places.tolist()
     goal = np.array([0])
     assert second.distance_field(goal).distance.tolist() == first.distance_field(goal).distance.tolist()
@@ -205,13 +205,13 @@ def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
 def test_a_damaged_file_is_built_again(tmp_path: Path):
     collider = Collider(scene(floor(-1, -1, 1, 1), wall((-1, -1), (-1, 1))))
     first = Navigator(collider, BODY, cache=tmp_path)
-    (kept,) = tmp_path.iterdir()
-    whole = kept.read_bytes()
+    (path,) = tmp_path.iterdir()
+    whole = path.read_bytes()
     for damage in (b"", b"not a zip", whole[: len(whole) // 2] + b"?" + whole[len(whole) // 2 + 1 :]):
-        kept.write_bytes(damage)
+        path.write_bytes(damage)
         assert Navigator(collider, BODY, cache=tmp_path).places.tolist() == first.places.tolist()
-        assert [path.name for path in tmp_path.iterdir()] == [kept.name]
-        assert kept.read_bytes() == whole
+        assert [path.name for path in tmp_path.iterdir()] == [path.name]
+        assert path.read_bytes() == whole
 
 
 def test_a_random_foot_stands_free_inside_its_region_and_repeats_with_its_seed():

@@ -79,12 +79,12 @@ def drawn(unchecked: pytest.MonkeyPatch, names: dict[int | None, str], devices: 
 
 
 def test_a_gpu_that_draws_is_taken_and_handed_on(unchecked: pytest.MonkeyPatch) -> None:
-    found = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
-    assert found == Drawer("NVIDIA H100", "a GPU, device 0 of EGL")
+    drawer = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
+    assert drawer == Drawer("NVIDIA H100", "a GPU, device 0 of EGL")
     assert os.environ[INDEX] == "0"
     check_rendering.cache_clear()
     unchecked.setattr(device_module, "_probed", None)
-    assert check_rendering() == found, "processes started from here are told"
+    assert check_rendering() == drawer, "processes started from here are told"
 
 
 @pytest.mark.parametrize(
@@ -100,8 +100,8 @@ def test_software_draws_where_the_gpu_does_not_or_where_it_is_asked_for(
 ) -> None:
     if wanted:
         unchecked.setenv(WANTED, wanted)
-    found = drawn(unchecked, names, [NVIDIA, SOFTWARE])
-    assert found.name == name and why in found.why and os.environ[INDEX] == index
+    drawer = drawn(unchecked, names, [NVIDIA, SOFTWARE])
+    assert drawer.name == name and why in drawer.why and os.environ[INDEX] == index
 
 
 @pytest.mark.parametrize(("asked", "names"), [("software", {None: "NVIDIA"}), ("gpu", {0: "llvmpipe"})])

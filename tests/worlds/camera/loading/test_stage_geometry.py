@@ -23,8 +23,8 @@ UP = [0, 0, 1]
 def facing(scene: Scene) -> list[list[float]]:
     """Return the direction that the first triangle of each mesh faces by its winding, rounded."""
     directions = []
-    for one in scene.meshes:
-        a, b, c = one.points[one.triangles[0]]
+    for scene_mesh in scene.meshes:
+        a, b, c = scene_mesh.points[scene_mesh.triangles[0]]
         normal = np.cross(b - a, c - a)
         directions.append((np.round(normal / np.linalg.norm(normal), 3) + 0.0).tolist())
     return directions
@@ -33,14 +33,14 @@ def facing(scene: Scene) -> list[list[float]]:
 def area(scene: Scene) -> float:
     """Return the area of all triangles, square metres."""
     total = 0.0
-    for one in scene.meshes:
-        a, b, c = (one.points[one.triangles[:, corner]] for corner in range(3))
+    for scene_mesh in scene.meshes:
+        a, b, c = (scene_mesh.points[scene_mesh.triangles[:, corner]] for corner in range(3))
         total += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
     return total
 
 
 def paths(scene: Scene) -> list[str]:
-    return [found.path for found in scene.meshes]
+    return [mesh.path for mesh in scene.meshes]
 
 
 def test_a_square_becomes_two_triangles_that_face_up_in_the_colour_of_srgb(stage: Any) -> None:
@@ -120,7 +120,7 @@ def test_colours_per_point_per_face_and_per_corner_reach_the_corners(stage: Any)
         made = mesh(stage, f"/{name}", points, faces)
         colours = [red] * (values // 2) + [green] * (values // 2)
         primvar(made, "displayColor", NAMES.Color3fArray, name, colours)
-    by_path = {found.path: found for found in loaded(stage).meshes}
+    by_path = {mesh.path: mesh for mesh in loaded(stage).meshes}
     for path in ("/uniform", "/faceVarying"):
         found = by_path[path]
         corners = found.vertex_colours[found.triangles].reshape(4, 9).tolist()
@@ -218,7 +218,7 @@ def test_transforms_add_up_from_the_root_and_a_scale_that_resolves_units_is_appl
     mesh(stage, "/Outer/Inner/Face")
     scaled = mesh(stage, "/Scaled").AddScaleOp(opSuffix="unitsResolve", precision=UsdGeom.XformOp.PrecisionDouble)
     scaled.Set(Gf.Vec3d(0.01))
-    outer, scaled = (found.points for found in loaded(stage).meshes)
+    outer, scaled = (mesh.points for mesh in loaded(stage).meshes)
     assert np.allclose([outer.min(axis=0), outer.max(axis=0)], [[8, 2, 0], [10, 4, 0]])
     assert np.allclose([scaled.min(axis=0), scaled.max(axis=0)], [[0, 0, 0], [0.01, 0.01, 0]])
 
@@ -233,7 +233,7 @@ def test_references_payloads_and_instances_are_loaded_each_at_its_place(stage: A
         prim.SetInstanceable(True)
     scene = loaded(stage)
     assert paths(scene) == ["/A/Face", "/B/Face", "/Row/Tile0/Face", "/Row/Tile1/Face"]
-    assert [found.points[:, 0].min() for found in scene.meshes] == [0, 5, 0, 2]
+    assert [mesh.points[:, 0].min() for mesh in scene.meshes] == [0, 5, 0, 2]
 
 
 def test_the_selected_variant_is_loaded(stage: Any) -> None:
@@ -248,9 +248,9 @@ def test_the_selected_variant_is_loaded(stage: Any) -> None:
 
 def instancer(stage: Any, path: str, prototypes: list[str], indices: list[int], positions: list[Any]) -> Any:
     made = UsdGeom.PointInstancer.Define(stage, path)
-    made.CreatePrototypesRel().SetTargets([Sdf.Path(one) for one in prototypes])
+    made.CreatePrototypesRel().SetTargets([Sdf.Path(prototype) for prototype in prototypes])
     made.CreateProtoIndicesAttr(indices)
-    made.CreatePositionsAttr([Gf.Vec3f(*one) for one in positions])
+    made.CreatePositionsAttr([Gf.Vec3f(*position) for position in positions])
     return made
 
 
@@ -340,7 +340,7 @@ def test_things_are_labelled_by_semantics_by_isaac_and_by_kind_and_two_may_share
         "desk lamp": ("/World/Lamp",),
         "hatch": ("/World/Hatch0", "/World/Hatch1"),
     }
-    assert [found.label for found in scene.meshes] == [
+    assert [mesh.label for mesh in scene.meshes] == [
         "JAXA logo", "rack", "Blue chair", "desk lamp", None, "hatch", "hatch"
     ]  # fmt: skip
 

@@ -68,7 +68,7 @@ def test_a_colour_may_come_from_the_interface_of_the_material_or_from_a_primvar(
     reader = shader(stage, "/Read/Reader", "UsdPrimvarReader_float3", varname=(NAMES.String, "paint"))
     made = painted(stage, material(stage, "/Read", diffuseColor=(NAMES.Color3f, reader, "result")), "/Other")
     primvar(made, "paint", NAMES.Color3fArray, "constant", [Gf.Vec3f(1, 0, 1)])
-    assert [one.colour for one in loaded(stage).meshes] == [pytest.approx((0, 1, 0)), pytest.approx((1, 0, 1))]
+    assert [mesh.colour for mesh in loaded(stage).meshes] == [pytest.approx((0, 1, 0)), pytest.approx((1, 0, 1))]
 
 
 def test_a_texture_is_read_with_its_coordinates_once_also_out_of_a_package(stage: Any, tmp_path: Path) -> None:
@@ -233,7 +233,7 @@ def test_shaders_nodes_and_materials_that_are_not_known_are_named_and_leave_the_
     UsdShade.MaterialBindingAPI.Apply(unbound)
     unbound.CreateRelationship("material:binding").SetTargets([Sdf.Path("/Looks/Gone")])
     scene = loaded(stage)
-    assert [one.colour for one in scene.meshes[:2]] == [pytest.approx((1, 0, 0)), pytest.approx((0, 0, 1))]
+    assert [mesh.colour for mesh in scene.meshes[:2]] == [pytest.approx((1, 0, 0)), pytest.approx((0, 0, 1))]
     (base,) = (line for line in scene.warnings if line.startswith("Only the base colour of shaders"))
     assert {*scene.warnings} - {base} == {
         "Shaders of the kind 'ND_volume' cannot be drawn: /Volume/Surface",
