@@ -7,6 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -75,23 +76,34 @@ def ours(nodes: Iterator[ast.AST]) -> set[str]:
     return {name for node in nodes for name in named(node) if name.split(".")[0] in PACKAGES}
 
 
+class Module(NamedTuple):
+    """What the tests ask of a module; its tree is let go, because half a million nodes make each garbage search slow.
+
+    Attributes:
+        imports: what it imports of ours, inside functions too.
+        at_once: what it imports of ours when it is imported.
+    """
+
+    imports: set[str]
+    at_once: set[str]
+    prints: bool
+
+
 @cache
-def trees() -> dict[str, ast.Module]:
+def modules() -> dict[str, Module]:
     """Return every module as it is written, read once and only where a test asks."""
-    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+    return {name: read(ast.parse(path.read_text(encoding="utf-8"))) for name, path in MODULES.items()}
 
 
-@cache
-def nodes() -> dict[str, list[ast.AST]]:
-    """Return the imports and calls of each module, those inside functions too."""
-    kinds = ast.Import | ast.ImportFrom | ast.Call
-    return {name: [node for node in ast.walk(tree) if isinstance(node, kinds)] for name, tree in trees().items()}
+def read(tree: ast.Module) -> Module:
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom | ast.Call)]
+    prints = any(isinstance(node, ast.Call) and getattr(node.func, "id", "") == "print" for node in nodes)
+    return Module(ours(iter(nodes)), ours(at_the_top(tree.body)), prints)
 
 
-@cache
 def imports() -> dict[str, set[str]]:
     """Return what each module imports of ours."""
-    return {name: ours(iter(found)) for name, found in nodes().items()}
+    return {name: module.imports for name, module in modules().items()}
 
 
 def imports_of(package: str) -> dict[str, set[str]]:
@@ -205,14 +217,13 @@ def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_use
         assert not upstairs or may, f"{name} imports {upstairs}"
         if is_in(name, "foundry.new_parts"):
             continue  # a user's own module, which is imported when it is used
-        at_once = {our for our in ours(at_the_top(trees()[name].body)) if is_upstairs(our)}
+        at_once = {our for our in modules()[name].at_once if is_upstairs(our)}
         assert at_once == set(), f"{name} imports {at_once} at its top"
 
 
 def test_only_commands_print():
-    for name, found in nodes().items():
-        printing = any(isinstance(node, ast.Call) and getattr(node.func, "id", "") == "print" for node in found)
-        assert not printing or is_in(name, "foundry.commands"), f"{name} prints"
+    for name, module in modules().items():
+        assert not module.prints or is_in(name, "foundry.commands"), f"{name} prints"
 
 
 def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_know_each_other():
