@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import msgspec
 import pytest
 
-from analysis import analyze
 from analysis.paper.card import PROBES, card
 from analysis.paper.methods import Basis, bibtex, methods
 from analysis.report.material import gather
@@ -146,7 +145,12 @@ def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an
     def keys(basis: Basis) -> set[str]:
         return set(re.findall(r"^@\w+\{(.*),$", bibtex(basis), re.MULTILINE))
 
-    both = gather([served.path]).basis
+    material = gather([served.path])
+    both, written = material.basis, material.analysis.written
+    assert {"summary.md", "methods.md", "references.bib"} <= {file.name for file in written}
+    told = (material.analysis.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
+    assert "We asked qwen3:4b with" in told
+    assert all(isinstance(file, Path) and file.exists() for file in written)
     design = methods(both)[0]
     assert " We asked qwen3:4b with temperature 0.2, top_k 40, think false." in design
     assert design.count("We asked ") == 1
@@ -156,10 +160,6 @@ def test_methods_and_references_are_those_of_what_was_used_and_are_written_by_an
     margins = {"idle_rate.chosen": 0.5}
     assert "gaffke2005" in keys(gather([served.path], family=list(margins), margins=margins).basis)
     alone = gather([served.path], without=["model=scripted/stay"]).basis
-    told = "The analysis covers only a part of the runs: without model=scripted/stay: 6 of 12 runs."
-    assert told in methods(alone)[0]
+    part = "The analysis covers only a part of the runs: without model=scripted/stay: 6 of 12 runs."
+    assert part in methods(alone)[0]
     assert not {"fisher1935", "holm1979"} & keys(alone)
-    analysis = analyze([served.path], plots=False)
-    assert {"summary.md", "methods.md", "references.bib"} <= {file.name for file in analysis.written}
-    assert "We asked qwen3:4b with" in (analysis.path / "methods.md").read_text(encoding="utf-8").replace("\\", "")
-    assert all(isinstance(file, Path) and file.exists() for file in analysis.written)
