@@ -237,7 +237,9 @@ def analyze(
     del measured  # from here on the table contains all measures
     table = build_table(results)
     results = [result.without_measures() for result in results]
-    analysis = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
+    analysis = _analysis_of(
+        folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered
+    )
     partings = first_partings(analysis.members, analysis.compared.group_columns.index(MODEL))
     for result, parting in zip(results, partings, strict=True):
         events.add(result.sweep, result.keys["run"], parting)
@@ -258,7 +260,7 @@ def _write(analysis: Analysis, sources: Sequence[Source]) -> list[Path]:
     ]
 
 
-def _found(
+def _analysis_of(
     folder: Path,
     sources: Sequence[Source],
     table: SignatureTable,

@@ -30,7 +30,7 @@ def over_shuffles(statistic: Callable[[IntArray], FloatArray], classes: int, num
     """
     if classes == 1 and size <= FEW:
         return statistic(_orders(size))
-    orders = _kept(number, size) if size * DRAWS <= _AT_ONCE else _blocks(number, size)
+    orders = _cached_blocks(number, size) if size * DRAWS <= _AT_ONCE else _blocks(number, size)
     return np.concatenate([statistic(rows) for rows in orders])
 
 
@@ -61,7 +61,7 @@ def _orders(size: int) -> IntArray:
 
 
 @lru_cache(maxsize=8)
-def _kept(number: int, size: int) -> tuple[IntArray, ...]:
+def _cached_blocks(number: int, size: int) -> tuple[IntArray, ...]:
     return tuple(_blocks(number, size))
 
 

@@ -75,7 +75,7 @@ _GAP = r"[^,;:.!?。、，\n]{0,14}?"
 @lru_cache(maxsize=4096)
 def is_readable(reply: str) -> bool:
     """Return whether a reply is in English or Japanese, the languages that the rule can read."""
-    return is_read(_said(reply))
+    return is_read(_answer_text(reply))
 
 
 def claims_to_see(reply: str, target: str) -> bool | None:
@@ -126,12 +126,12 @@ def thing_of(label: str) -> str:
     return next(iter([*known, *called, *ends[-1:], plain(label)]))
 
 
-def _said(reply: str) -> str:
+def _answer_text(reply: str) -> str:
     return _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
 
 
 def _statements(reply: str) -> list[str]:
-    text = _TOPIC.sub("", _RELATIVE.sub(" ", _said(reply)))
+    text = _TOPIC.sub("", _RELATIVE.sub(" ", _answer_text(reply)))
     return [sentence for sentence in _SENTENCES.split(text) if not sentence.rstrip(" \"'*").endswith(("?", "？"))]
 
 

@@ -63,7 +63,7 @@ def plans_of(
     """Return the first plan among the sweeps, and notes on other plans, which are not used.
 
     Raises:
-        InputError: as in `held`.
+        InputError: as in `plan_check`.
         RecordError: a file cannot be read.
     """
     notes: list[str] = []
@@ -76,7 +76,7 @@ def plans_of(
         elif first is not None and preregistration_of(sweep.path):
             notes.append(f"{file} is not used here: analyse its sweep alone")
         elif first is None:
-            first = held(sweep, table, groups, asked=asked)
+            first = plan_check(sweep, table, groups, asked=asked)
     return first, notes
 
 
@@ -109,7 +109,9 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
     return ""
 
 
-def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> PlanCheck | None:
+def plan_check(
+    sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
+) -> PlanCheck | None:
     """Return the preregistration of a sweep compared with its runs, or None if it has none.
 
     Raises:

@@ -61,13 +61,15 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
     looks, notes, headlines = (contrasts[name].tolist() for name in ("look", "note", "headline"))
     rows = zip(looks, notes, pairs, undeclared, headlines, strict=True)
     sizes_now = [
-        (len(own), "; ".join(filter(None, (note, said(own) if headline else "")))) if counts else (look, note)
+        (len(own), "; ".join(filter(None, (note, error_after_looks(own) if headline else ""))))
+        if counts
+        else (look, note)
         for look, note, own, counts, headline in rows
     ]
     return contrasts.assign(look=[look for look, _ in sizes_now], note=[note for _, note in sizes_now])
 
 
-def said(sizes: Sequence[int]) -> str:
+def error_after_looks(sizes: Sequence[int]) -> str:
     """Return, in words, how often 5 % tests err after looks at these numbers of pairs; "" for a single look."""
     if len(sizes) < 2:
         return ""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import pandas as pd
 
 from analysis.tables.table import Table
-from analysis.tables.texts import p_value, told_rows
+from analysis.tables.texts import p_value, text_rows
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Layout:
     def table(self, name: str, frame: pd.DataFrame) -> Table:
         """Convert a table of numbers to a short table of texts."""
         numbers = [figure for figure in self.figures if figure not in (*self.ends, "p_holm")]
-        rows = told_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
+        rows = text_rows(frame.assign(p_holm=frame["p_holm"].map(p_value)) if "p_holm" in frame else frame, numbers,
                          self.ends)  # fmt: skip
         columns = (*self.labels, *self.figures)
         heads = tuple("p (Holm)" if column == "p_holm" else column.replace("_", " ") for column in columns)

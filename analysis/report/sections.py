@@ -15,7 +15,7 @@ from analysis.report.grids import Cell, Grid, grid, grid_of
 from analysis.report.material import Material
 from analysis.report.provenance import address, link
 from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readable_only
-from analysis.tables.texts import COMPARED, alike, contrast_tables, mean_cells, p_value, shown_measures, told_rows
+from analysis.tables.texts import COMPARED, alike, contrast_tables, mean_cells, p_value, shown_measures, text_rows
 
 MOST_COLUMNS = 4
 """Maximum number of measures in the short table of a signature."""
@@ -187,7 +187,7 @@ def variance_grid(material: Material) -> Grid | None:
 
 def energy_grid(material: Material) -> Grid | None:
     """Return the energy distances between groups; None if nothing is compared."""
-    rows = told_rows(material.analysis.fingerprint.energy, ("statistic",))
+    rows = text_rows(material.analysis.fingerprint.energy, ("statistic",))
     if not rows:
         return None
     cells = [

@@ -12,7 +12,7 @@ from analysis.signatures import discover
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.table import Table
-from analysis.tables.texts import p_value, told_rows
+from analysis.tables.texts import p_value, text_rows
 from foundry import seeding
 
 DRAWS = 20_000
@@ -53,7 +53,7 @@ def equal_chances_table(frame: pd.DataFrame) -> Table:
             row["chi_square"],
             p_value(row["p"]),
         )
-        for row in told_rows(frame, ("chi_square",))
+        for row in text_rows(frame, ("chi_square",))
     ]
     columns = (*names, "counts", "n", "chi-square", "p")
     return Table("equal_chances", caption, columns, tuple(rows), labels=len(names))

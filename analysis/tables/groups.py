@@ -46,8 +46,8 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
             for name, result in zip(frame[part], results, strict=True)
         ]
         own, brought = zip(*map(_split, configs), strict=True)
-        names = _told_apart(frame[part].tolist(), own, keys)
-        frame[part] = _told_apart(names, brought, list(zip(names, keys, worlds, strict=True)))
+        names = _distinct_names(frame[part].tolist(), own, keys)
+        frame[part] = _distinct_names(names, brought, list(zip(names, keys, worlds, strict=True)))
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 
 
@@ -84,7 +84,9 @@ def _split(settings: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
     return {path: value for path, value in settings.items() if path not in brought}, brought
 
 
-def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: Sequence[tuple[Any, ...]]) -> list[str]:
+def _distinct_names(
+    names: Sequence[str], configs: Sequence[dict[str, str]], keys: Sequence[tuple[Any, ...]]
+) -> list[str]:
     """Return the names; if equal names stand for different settings, these settings follow the name."""
     first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
     hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}

@@ -81,7 +81,7 @@ def _contrast_rows(contrasts: pd.DataFrame) -> list[tuple[str, ...]]:
     measures = set(contrasts.loc[family, "measure"])
     others = contrasts["baseline"].astype(bool) & contrasts["measure"].isin(measures)
     shown = pd.concat([contrasts[family], contrasts[others]])
-    rows = told_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
+    rows = text_rows_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
     return [_contrast_row(row) for row in rows]
 
 
@@ -153,7 +153,7 @@ def with_intervals(intervals: Sequence[tuple[float, float, float]]) -> list[str]
     return [mean + ("" if low == "-" else f" [{low}, {high}]") for mean, low, high in rows]
 
 
-def told_rows(
+def text_rows(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]] | None = None
 ) -> list[dict[Any, Any]]:
     """Return the rows of a frame with numbers as texts, with equal decimals in each column.
@@ -205,7 +205,7 @@ def rounded(values: Sequence[float]) -> list[str]:
     ]
 
 
-def told_by_measure(
+def text_rows_by_measure(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> list[dict[Any, Any]]:
     """Return the rows of a frame with numbers as texts; numbers of one measure have equally many decimals."""

@@ -13,7 +13,7 @@ from analysis.stats.intervals import Estimate
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.table import Table
-from analysis.tables.texts import number, told_rows, with_interval
+from analysis.tables.texts import number, text_rows, with_interval
 
 LEVEL = 0.5
 """An outcome prevails at a value of the setting if it occurs in more than this share of the runs."""
@@ -47,7 +47,7 @@ def thresholds_table(frame: pd.DataFrame) -> Table:
     labels = list(frame.columns[: frame.columns.get_loc("values")])
     rows = [
         (*(str(row[name]) for name in labels), str(row["values"]), str(row["n"]), row["threshold"], row["prevails"])
-        for row in told_rows(frame, (), {"threshold": ("low", "high")})
+        for row in text_rows(frame, (), {"threshold": ("low", "high")})
     ]
     caption = (
         "Value of a setting above which an outcome occurs in more than half of the seeds. In brackets: the nearest "
@@ -60,13 +60,13 @@ def sentences(frame: pd.DataFrame) -> list[str]:
     """Return a sentence for each threshold."""
     labels = list(frame.columns[2 : frame.columns.get_loc("values")])
     return [
-        f"{row['measure']} of {group_label([str(row[name]) for name in labels])} {_said(row)} "
+        f"{row['measure']} of {group_label([str(row[name]) for name in labels])} {_sentence(row)} "
         f"({row['values']} values, at least {row['n']} seeds each)."
         for row in frame.to_dict("records")
     ]
 
 
-def _said(row: Mapping[Any, Any]) -> str:
+def _sentence(row: Mapping[Any, Any]) -> str:
     if row["prevails"] != "from":
         return f"{row['prevails']} prevails where {row['setting']} is varied"
     sure = with_interval(row["threshold"], row["low"], row["high"])

@@ -16,7 +16,7 @@ from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.groups import group_keys
 from analysis.tables.table import Table
-from analysis.tables.texts import number, told_by_measure, without_empty
+from analysis.tables.texts import number, text_rows_by_measure, without_empty
 from analysis.validation.facts import ClosedForm, Facts, Published, facts_of, read_yaml
 from foundry.own_code import own_folders
 from foundry.paths import conf_dir
@@ -208,11 +208,11 @@ def validation_table(frame: pd.DataFrame) -> Table:
         "settings of the sweep. Published: the value of the model of equal size with the most similar name. The "
         "published study has other prompts, so only the order of magnitude is comparable."
     )
-    rows = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
-    return without_empty(Table("validation", caption, columns, tuple(map(_told, rows)), labels=4))
+    rows = text_rows_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
+    return without_empty(Table("validation", caption, columns, tuple(map(_text_row, rows)), labels=4))
 
 
-def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:
+def _text_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
     of = f"({row['published_model']}, {row['source']})"
     return (
         row["world"],

@@ -28,7 +28,7 @@ from foundry.commands.options import (
 )
 from foundry.commands.printing import console, say
 from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
-from foundry.commands.view import AskingPage, check_view, told_to
+from foundry.commands.view import AskingPage, check_view, terms_for
 from foundry.errors import InputError
 from foundry.expansion import Sweep, overridden
 from foundry.own_code import CONFIG_DIR, config_dirs
@@ -253,5 +253,5 @@ class _Sitting:
 
         leave = partial(folder.ask_to_stop, alone.session)
         far = (lambda: None) if blind else how_far(folder)
-        with self.page.shown(desk, told_to(people, folder.path.name), leave=leave, look=look, far=far):
+        with self.page.shown(desk, terms_for(people, folder.path.name), leave=leave, look=look, far=far):
             return run_folder(folder, {**settings, "view": None}, infos, alone)

@@ -68,7 +68,7 @@ def replay(
     drawn = with_bar(pictures(recordings, chosen, workers=workers, film=video is not None), "drawing", len(chosen))
     if video is None or out is not None:
         folder = out or _folder(folders)
-        drawn = _kept(drawn, folder)
+        drawn = _written(drawn, folder)
     if video is not None:
         write_film(video, drawn, fps)
         print(f"wrote {video}: {len(chosen)} pictures, {fps:g} a second")
@@ -128,7 +128,7 @@ def _folder(runs: Sequence[RunFolder]) -> Path:
     return first if len(runs) == 1 else first.with_name(f"{first.name}_and_{len(runs) - 1}_more")
 
 
-def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
+def _written(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
     folder.mkdir(parents=True, exist_ok=True)
     for picture in drawn:
         (folder / f"step_{picture.step:04d}.png").write_bytes(picture.png)

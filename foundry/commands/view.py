@@ -104,7 +104,7 @@ class AskingPage:
             open_in_browser(url)
 
 
-def told_to(people: Sequence[str], where: str) -> str:
+def terms_for(people: Sequence[str], where: str) -> str:
     """Return the text that people read before the first question."""
     under = "this name" if len(people) == 1 else "the name shown with each question"
     return (

@@ -16,7 +16,7 @@ import msgspec
 from foundry.errors import InputError
 from foundry.records import Call, RunSummary
 from foundry.storing.run_files import sha256_of
-from foundry.storing.store import IMAGES, RunFolder, SweepFolder, ensure_writable, kept_file
+from foundry.storing.store import IMAGES, RunFolder, SweepFolder, ensure_writable, stored_picture
 from foundry.trust.privacy import Scrubber
 from foundry.trust.summaries import COMPLETE
 
@@ -53,12 +53,12 @@ class ExportedRun:
     @cached_property
     def _images(self) -> dict[str, str]:
         names = (name for name in self.folder.pictures() if name.startswith(f"{IMAGES}/"))
-        return {sha256_of(kept_file(self.folder.path, name) or b""): name for name in names}
+        return {sha256_of(stored_picture(self.folder.path, name) or b""): name for name in names}
 
     def image(self, sha256: str) -> tuple[str, bytes] | None:
         """Return the name and the content of an image that was sent; None if it was not recorded."""
         name = self._images.get(sha256)
-        content = None if name is None else kept_file(self.folder.path, name)
+        content = None if name is None else stored_picture(self.folder.path, name)
         return None if name is None or content is None else (name, content)
 
 

@@ -170,7 +170,7 @@ def _decisions_in(run: RunFolder) -> Iterator[Item]:
     for line, call in with_calls(placed, (call for call in run.calls() if call.kind in actions)):
         if call is not None and call.text.strip():
             recorded = _recorded(line, actions[call.kind], run.declared.form)
-            context = {"told": _told(call), "actions": actions[call.kind], _RECORDED: recorded, **target}
+            context = {"told": _prompt_of(call), "actions": actions[call.kind], _RECORDED: recorded, **target}
             is_readable = line.get("outcome") in _READ
             yield item(call.step, call.agent, call.kind, call.text, context, is_readable=is_readable)
 
@@ -179,7 +179,7 @@ def _items_of(run: RunFolder) -> Callable[..., Item]:
     return partial(Item, run.id, str(run.recorded_config()["model"]["name"]), run.run.seed)
 
 
-def _told(call: Call) -> str:
+def _prompt_of(call: Call) -> str:
     content = call.messages[-1].get("content", "") if call.messages else ""
     return content if isinstance(content, str) else ""
 

@@ -16,7 +16,7 @@ from foundry.composing.recorded import compose_recorded, without_format
 from foundry.errors import InputError
 from foundry.expansion import FORMAT, Condition, Sweep, expand, overridden, settings_key
 from foundry.naming import format_of
-from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
+from foundry.probing.drawing import Past, drawn, listed, moments_and_past, strata_of
 from foundry.running.recorded import excerpts, first_difference
 from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments, without_servers
 from foundry.texts import counted
@@ -147,10 +147,10 @@ def compose_probe(
         conditions=tuple(conditions),
         settings=settings,
     )
-    return Probe(composed, content, past, _told(len(moments.moments), len(past), conditions, asked.repeats))
+    return Probe(composed, content, past, _size_line(len(moments.moments), len(past), conditions, asked.repeats))
 
 
-def _told(moments: int, runs: int, conditions: Sequence[Condition], repeats: int) -> str:
+def _size_line(moments: int, runs: int, conditions: Sequence[Condition], repeats: int) -> str:
     calls = counted(moments * len(conditions) * repeats, "call")
     asked = f"{counted(len(conditions), 'condition')}, {counted(repeats, 'repeat')}"
     names_sampling = any("sampling" in condition.config["world"] for condition in conditions)
@@ -216,12 +216,12 @@ def _moments(
 ) -> tuple[Moments, dict[str, Past]]:
     if not asked.moments.isdecimal():
         given = listed(Path(asked.moments), recorded)
-        return kept_of(given.moments, recorded, given.strata)
+        return moments_and_past(given.moments, recorded, given.strata)
     strata = strata_of(scenario, recorded)
     moments = drawn(recorded, _number("moments", asked.moments, 1), asked.moments_seed, asked.window, strata)
     if not moments:
         raise InputError("The recorded runs contain no question.")
-    return kept_of(moments, recorded, [strata[moment] for moment in moments] if strata else ())
+    return moments_and_past(moments, recorded, [strata[moment] for moment in moments] if strata else ())
 
 
 def _condition(

@@ -171,14 +171,14 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
     for run in by_run(moments.moments):
         if run not in recorded:
             raise not_found("Run", run, recorded, f"{file} lists moments of this run.")
-    if kept_of(moments.moments, recorded)[0].runs != moments.runs or list(moments.moments) != sorted(
+    if moments_and_past(moments.moments, recorded)[0].runs != moments.runs or list(moments.moments) != sorted(
         set(moments.moments)
     ):
         raise InputError(f"moments={file} was drawn from runs with other answers. Name the sweep with those runs.")
     return moments
 
 
-def kept_of(
+def moments_and_past(
     moments: Sequence[Moment], recorded: Mapping[str, Past], strata: Sequence[Strata] = ()
 ) -> tuple[Moments, dict[str, Past]]:
     """Return the content of `moments.json`, and the calls of each run up to its last moment."""

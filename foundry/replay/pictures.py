@@ -66,13 +66,13 @@ def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterato
     yield from captions(recordings)
     for run in recordings:
         for step in steps:
-            yield from _told(run, step)
+            yield from _captions(run, step)
 
 
 def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet:
     """Return the layout of a film: the size of its first pictures, and the number of lines of its longest text."""
     opened = [Image.open(io.BytesIO(_picture(run, steps[0]))) for run in recordings]
-    spoken = (len(_told(run, step)) for run in recordings for step in steps)
+    spoken = (len(_captions(run, step)) for run in recordings for step in steps)
     return _Sheet(largest(opened), min(LINES, 2 * max(spoken)))
 
 
@@ -113,8 +113,8 @@ def _picture(run: Recording, step: int) -> bytes:
 
 def _tile(run: Recording, text: str, png: bytes, step: int) -> Tile:
     over = f" ({run.note or f'ended after step {run.last}'})"
-    return Tile(png, f"{text}, step {step}" if step <= run.last else text + over, _told(run, step))
+    return Tile(png, f"{text}, step {step}" if step <= run.last else text + over, _captions(run, step))
 
 
-def _told(run: Recording, step: int) -> Sequence[str]:
+def _captions(run: Recording, step: int) -> Sequence[str]:
     return (*said_by_step(run).get(step, ()), *redrawing_of(run).told(step))

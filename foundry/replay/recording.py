@@ -11,7 +11,7 @@ import msgspec
 from foundry.composing.preflight import scenario_of
 from foundry.errors import FoundryError, InputError, RecordError
 from foundry.records import NOT_JSON, RunSummary
-from foundry.storing.store import RunFolder, kept_file, last_whole_step
+from foundry.storing.store import RunFolder, last_whole_step, stored_picture
 from foundry.texts import one_line
 from foundry.trust.unknown import check_targets
 from foundry.worlds.base import Recorded, Redrawing
@@ -90,7 +90,7 @@ def redrawn(recording: Recording) -> Redrawing:
     config = msgspec.json.decode(recording.config)
     # Only the world is built, so the model is irrelevant.
     check_targets({"world": config["world"]}, recording.trusted, f"Run '{recording.id}'")
-    recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(kept_file, recording.folder))
+    recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(stored_picture, recording.folder))
     scenario = scenario_of(config)
     with _drawing(recording):
         return scenario.redraw(recorded)

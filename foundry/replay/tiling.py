@@ -24,10 +24,10 @@ def captions(recordings: Sequence[Recording]) -> list[str]:
     lines = [
         name for name in names if name in ("model", "seed") or len({identity.get(name) for identity in identities}) > 1
     ]
-    return [", ".join(_said(name, identity[name]) for name in lines if name in identity) for identity in identities]
+    return [", ".join(_label(name, identity[name]) for name in lines if name in identity) for identity in identities]
 
 
-def _said(name: str, value: str) -> str:
+def _label(name: str, value: str) -> str:
     return value if name == "model" else f"{name} {value}"
 
 

@@ -68,12 +68,14 @@ def choices_in(run: RunFolder) -> Mapping[Place, Choices]:
     for line in lines:
         choices.setdefault(line.place, Choices()).called[choice_of(line, run.declared.actions)] += 1
     sampling = run.config()["world"].get("sampling")
-    for place, certainty in _told(run, lines, Sampling.of(sampling) if sampling else None):
+    for place, certainty in _certain_moments(run, lines, Sampling.of(sampling) if sampling else None):
         choices[place].expected, choices[place].error = certainty.expected, certainty.error
     return choices
 
 
-def _told(run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None) -> Iterator[tuple[Place, Certainty]]:
+def _certain_moments(
+    run: RunFolder, lines: Sequence[_Line], sampling: Sampling | None
+) -> Iterator[tuple[Place, Certainty]]:
     """Yield the moments that were asked once and whose reply has usable probabilities; with each, its probabilities."""
     if sampling is None:
         return

@@ -403,7 +403,7 @@ def frame_name(step: int) -> str:
     return f"frames/step_{step:04d}.png"
 
 
-def kept_file(run: Path, name: str) -> bytes | None:
+def stored_picture(run: Path, name: str) -> bytes | None:
     """Return the content of a picture, given its name in the records, or None if it was not stored."""
     try:
         for part in list(PurePath(name).parents)[-2::-1]:

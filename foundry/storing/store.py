@@ -56,10 +56,10 @@ from foundry.storing.run_files import calls_bytes as calls_bytes
 from foundry.storing.run_files import cannot_write as cannot_write
 from foundry.storing.run_files import claimed, json_file, moments_here, scene_here
 from foundry.storing.run_files import frame_name as frame_name
-from foundry.storing.run_files import kept_file as kept_file
 from foundry.storing.run_files import last_whole_step as last_whole_step
 from foundry.storing.run_files import lines_of as lines_of
 from foundry.storing.run_files import read_calls as read_calls
+from foundry.storing.run_files import stored_picture as stored_picture
 from foundry.storing.run_files import storing as storing
 from foundry.storing.run_files import write_atomically as write_atomically
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text

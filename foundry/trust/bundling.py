@@ -31,8 +31,8 @@ from foundry.storing.store import (
     SweepFolder,
     calls_bytes,
     ensure_writable,
-    kept_file,
     read_calls,
+    stored_picture,
 )
 from foundry.storing.sweep_file import sweep_text, to_yaml
 from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
@@ -195,14 +195,14 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: boo
         content = msgspec.json.encode(dict(sorted(named.items())))
         yield _text(f"{prefix}{SCENES_FILE}", content.decode, scrubber)
     yield from (Entry(prefix + name, file.read_bytes) for scene in scenes for name, file in scene.files.items())
-    yield from _said_entries(folder, scrubber, prefix, notes=notes)
+    yield from _label_and_note_entries(folder, scrubber, prefix, notes=notes)
     if not prefix:
         yield _text(CITATION, partial(_citation, folder.path.resolve().name), scrubber)
         if (folder.baselines_dir / "sweep.yaml").exists():
             yield from _entries(SweepFolder.open(folder.baselines_dir), scrubber, "baselines/", notes=notes)
 
 
-def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
+def _label_and_note_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
 
     for file in label_files_of(folder):
         yield _text(f"{prefix}{file.relative_to(folder.path).as_posix()}", file.read_text, scrubber)
@@ -254,7 +254,7 @@ def _checked(path: Path, scrubber: Scrubber) -> bytes:
 
 
 def _picture(run: Path, name: str) -> bytes:
-    content = kept_file(run, name)
+    content = stored_picture(run, name)
     if content is None:
         raise InputError(f"'{name}' disappeared during bundling. Wait until the sweep has ended.")
     return content

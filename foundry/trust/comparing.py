@@ -102,10 +102,10 @@ def _numbered(lines: Iterable[T], place: Callable[[T], QuestionKey]) -> dict[Num
 
 
 def _first_call(calls: Sequence[Mapping[Numbered, tuple[int, Call]]], part: Callable[[Call], Any]) -> Difference | None:
-    return _first(calls, part, CALLS, _said)
+    return _first(calls, part, CALLS, _text_of)
 
 
-def _said(part: Mapping[str, Any]) -> str:
+def _text_of(part: Mapping[str, Any]) -> str:
     return str(part["text"] if "text" in part else part["messages"][-1]["content"])
 
 

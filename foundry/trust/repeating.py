@@ -35,7 +35,7 @@ from foundry.storing.determinism import (
 )
 from foundry.storing.matching import place_of
 from foundry.storing.run_files import claimed, sha256_of
-from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file, lines_of
+from foundry.storing.store import IMAGES, RunFolder, SweepFolder, lines_of, stored_picture
 from foundry.texts import one_line, visible, without_secrets
 from foundry.worlds.base import Scenario
 from foundry.worlds.compared import Line, compared_of
@@ -193,7 +193,7 @@ def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
 def _images(run: RunFolder) -> dict[str, bytes]:
 
     names = [name for name in run.pictures() if name.startswith(f"{IMAGES}/")]
-    images = [content for name in names if (content := kept_file(run.path, name)) is not None]
+    images = [content for name in names if (content := stored_picture(run.path, name)) is not None]
     return {sha256_of(content): content for content in images}
 
 

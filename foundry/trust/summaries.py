@@ -15,7 +15,7 @@ from foundry.running.recorded import CALLS, NOTHING, Departed, Difference, first
 from foundry.storing.matching import place_of
 from foundry.storing.plain import load_plain, plain
 from foundry.storing.run_files import sha256_of
-from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
+from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, stored_picture
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
@@ -139,7 +139,7 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
 
     note = f"was drawn by {drew.then}. Here, {drew.now} draws other pixels, so the run cannot be verified here"
     now = next((content for content in drawn if sha256_of(content) == difference.now), None)
-    then = _kept(run, difference.recorded)
+    then = _stored_content(run, difference.recorded)
     if now is None or then is None:
         return f"{note}; no picture was recorded, so nobody can tell whether the content is the same"
     likeness = likeness_of(then, now)
@@ -149,8 +149,8 @@ def departed_note(run: RunFolder, drew: Renderers, difference: Difference, drawn
     return f"{note}; the first picture shows the same content ({apart})"
 
 
-def _kept(run: RunFolder, digest: Any) -> bytes | None:
-    contents = (kept_file(run.path, name) for name in run.pictures())
+def _stored_content(run: RunFolder, digest: Any) -> bytes | None:
+    contents = (stored_picture(run.path, name) for name in run.pictures())
     return next((content for content in contents if content is not None and sha256_of(content) == digest), None)
 
 

@@ -30,7 +30,7 @@ from foundry.running.recorded import (
 )
 from foundry.storing.plain import check_folder
 from foundry.storing.run_files import sha256_of
-from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
+from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, stored_picture
 from foundry.texts import counted
 from foundry.trust.summaries import (
     COMPLETE,
@@ -146,7 +146,7 @@ class Comparer:
         return renderers is not None
 
     def _compare_file(self, name: str, now: bytes) -> None:
-        recorded = kept_file(self._run.path, name)
+        recorded = stored_picture(self._run.path, name)
         if recorded != now:
             then = NOTHING if recorded is None else sha256_of(recorded)
             raise Departed(Difference(name, None, "SHA-256", then, sha256_of(now)))

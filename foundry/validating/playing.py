@@ -106,13 +106,13 @@ def row(result: KnownResult) -> tuple[str, ...]:
         result.name,
         result.column,
         str(result.n),
-        found(result),
+        result_text(result),
         known,
         "yes" if result.holds else "NO",
     )
 
 
-def found(known: KnownResult) -> str:
+def result_text(known: KnownResult) -> str:
     """Return the result, with its standard error if it is not 0."""
     result = known.result if abs(known.result) > _NOTHING else 0.0
     return f"{result:.6g}" + (f" ± {known.error:.2g}" if known.error else "")

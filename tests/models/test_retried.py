@@ -5,7 +5,7 @@ import pytest
 import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
 from foundry.models.base import Reply, UnusableReply
-from foundry.models.http.pausing import Pause, parse_reset, wait_asked
+from foundry.models.http.pausing import Pause, parse_reset, requested_wait
 from foundry.models.http.transport import Origin
 from foundry.models.serving import InFlight, Retry
 from foundry.models.wrappers.limited import Limit, LimitedModel
@@ -188,7 +188,7 @@ def test_the_time_of_a_reset_is_read_in_every_form_and_no_other(text, seconds):
     ],
 )
 def test_a_limit_that_is_used_up_asks_to_wait_for_its_reset(headers, wait_s):
-    assert wait_asked(headers) == wait_s
+    assert requested_wait(headers) == wait_s
 
 
 def test_calls_wait_until_the_longest_pause_is_over():

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from foundry.commands.view import told_to
+from foundry.commands.view import terms_for
 from foundry.errors import Interrupted
 from foundry.models.base import ChatMessage, Request
 from foundry.models.human.desk import Desk
@@ -23,8 +23,8 @@ def request(key: str = "k", step: int = 1) -> Request:
 
 
 def test_people_are_told_under_which_name_their_answers_are_kept():
-    assert "You answer as human/a. Your answers are recorded under this name, with" in told_to(["human/a"], "out")
-    several = told_to(["human/a", "human/b"], "out")
+    assert "You answer as human/a. Your answers are recorded under this name, with" in terms_for(["human/a"], "out")
+    several = terms_for(["human/a", "human/b"], "out")
     assert "human/a and human/b. Your answers are recorded under the name shown with each question" in several
 
 

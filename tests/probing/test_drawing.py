@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from foundry.errors import InputError
-from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
+from foundry.probing.drawing import Past, drawn, listed, moments_and_past, strata_of
 from foundry.records import Attempt, Call
 from foundry.storing.run_writer import RunWriter
 from foundry.worlds.probe.moments import Moment
@@ -103,7 +103,7 @@ def test_a_file_lists_moments_of_the_recorded_runs_and_is_refused_where_it_is_of
     change: Callable[[dict[str, Any]], object], said: str, tmp_path: Path
 ):
     recorded, file = runs(2, steps=4, agents=2), tmp_path / "moments.json"
-    moments, past = kept_of(drawn(recorded, 8, 0, 1, {}), recorded)
+    moments, past = moments_and_past(drawn(recorded, 8, 0, 1, {}), recorded)
     assert {run: max(call.step for call in past.calls) for run, past in past.items()} == {
         run: max(moment.step for moment in moments.moments if moment.run == run) for run in past
     }

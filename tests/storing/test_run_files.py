@@ -13,10 +13,10 @@ from foundry.storing.notes import NOTES_FILE, Note, add_note, notes_bytes, notes
 from foundry.storing.run_files import (
     PROBE,
     calls_bytes,
-    kept_file,
     last_whole_step,
     moments_here,
     read_calls,
+    stored_picture,
     write_atomically,
 )
 from foundry.storing.run_writer import RunWriter
@@ -84,11 +84,11 @@ def test_a_picture_is_read_from_the_folder_of_its_run_alone(folder: RunFolder):
     playing.end()
     (folder.path.parent / "other.png").write_bytes(b"other")
     (folder.path / "frames" / "linked.png").symlink_to(folder.path.parent / "other.png")
-    assert kept_file(folder.path, "frames/step_0001.png") == b"png"
-    assert kept_file(folder.path, "frames/step_0002.png") is None
+    assert stored_picture(folder.path, "frames/step_0001.png") == b"png"
+    assert stored_picture(folder.path, "frames/step_0002.png") is None
     for name in ("../other.png", str(folder.path.parent / "other.png"), "frames/linked.png", "frames", "\0"):
         with pytest.raises(RecordError, match="cannot be read|refused"):
-            kept_file(folder.path, name)
+            stored_picture(folder.path, name)
 
 
 def test_of_a_log_that_was_cut_or_spoiled_the_calls_before_are_read(folder: RunFolder):

@@ -76,7 +76,7 @@ def measure(run: AnyRun) -> dict[str, float]:
     variation) is left out of expected and beyond_draws. NaN without decisions. Denominators: n_told, n_low, n_expected,
     n_right (with a right decision).
     """
-    decisions = list(_told(run))
+    decisions = list(_run_decisions(run))
     knows_truth = run.probabilities is not None and run.probabilities.knows_truth
     covered = [decision for decision in decisions if decision.found.covered >= LEAST_COVERED]
     drawn = [decision for decision in covered if decision.found.error <= GREATEST_ERROR]
@@ -106,7 +106,7 @@ class _RunDecision:
     right: object
 
 
-def _told(run: AnyRun) -> Iterator[_RunDecision]:
+def _run_decisions(run: AnyRun) -> Iterator[_RunDecision]:
     if run.probabilities is None:
         return
     for number in np.flatnonzero(run.counted).tolist():

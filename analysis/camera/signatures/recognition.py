@@ -98,7 +98,7 @@ def measure(run: CameraRun) -> dict[str, float]:
     2023 (yes/no probing: accuracy, f1, claim_rate).
     """
     answered = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
-    replied = _told(run)
+    replied = _has_readable_reply(run)
     replies = run.replies[replied].tolist()
     claimed = _claimed(run, replies)
     visible: BoolArray = run.target_px >= VISIBLE_PX
@@ -122,7 +122,7 @@ def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
 
     Shares of replies are means of labels. Measures with claims in their denominator have no correction.
     """
-    replied = _told(run)
+    replied = _has_readable_reply(run)
     if not run.has_target:
         return {}
     asked = {int(row["step"]) for row in run.answers}
@@ -138,7 +138,7 @@ def correct(run: CameraRun, correction: Correction) -> dict[str, FloatArray]:
     return {name: np.array([value]) for name, value in means.items()}
 
 
-def _told(run: CameraRun) -> BoolArray:
+def _has_readable_reply(run: CameraRun) -> BoolArray:
     """Return, for each decision, whether it counts and the rule can read its reply, (T,)."""
     texts = run.replies.tolist()
     return run.counted & np.array([bool(text.strip()) and is_readable(text) for text in texts], dtype=np.bool_)

@@ -325,7 +325,7 @@ def relays_of(run: GridRun, labels: BoolArray) -> Relays:
     said = run.spoke & run.message_counted
     warned = np.zeros((len(labels), *said.shape), dtype=np.bool_)
     warned[:, said] = labels
-    told_at = _told_at(run, said, labels)
+    told_at = _first_warned_at(run, said, labels)
     return find_relays(warned, told_at, first_step(run.perceived), able=run.message_counted, within=RELAY_WITHIN)
 
 
@@ -345,7 +345,7 @@ def _with_shifts(labels: BoolArray, periods: IntArray) -> BoolArray:
     return rows
 
 
-def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
+def _first_warned_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
     """Return the step at which each agent first hears a warning, or NEVER, for S ways of labelling messages, (S, N).
 
     Args:

@@ -69,7 +69,7 @@ class Pause:
         )
 
 
-def wait_asked(headers: Mapping[str, str]) -> float | None:
+def requested_wait(headers: Mapping[str, str]) -> float | None:
     """Return how many seconds a response asks clients to wait before the next call; None if no wait is asked.
 
     The wait in the header `Retry-After` or `Retry-After-Ms` counts, if the response has one of them. Otherwise, if no

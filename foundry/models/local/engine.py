@@ -53,7 +53,7 @@ class SeededRows:
             return scores.argmax(dim=1, keepdim=True)
         candidates = min(self._sampling.top_k or scores.shape[1], scores.shape[1])
         values, tokens = torch.topk(scores, candidates, dim=1)
-        chances = _kept_chances(values, self._sampling)
+        chances = _filtered_chances(values, self._sampling)
         draws = [torch.rand((1,), generator=generator, dtype=torch.float64) for generator in self._generators]
         drawn = torch.stack(draws).to(device=scores.device, dtype=scores.dtype)
         below = chances.cumsum(dim=1) <= drawn * chances.sum(dim=1, keepdim=True)
@@ -61,7 +61,7 @@ class SeededRows:
         return tokens.gather(1, torch.minimum(below.sum(dim=1, keepdim=True), last))
 
 
-def _kept_chances(values: Any, sampling: Sampling) -> Any:
+def _filtered_chances(values: Any, sampling: Sampling) -> Any:
     """Return the tokens' probabilities, not normalised, (rows, kept); logits descend, and a dropped token gets 0."""
     chances = torch.softmax(values / sampling.temperature, dim=1)
     before = chances.cumsum(dim=1) - chances

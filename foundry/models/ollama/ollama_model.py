@@ -14,7 +14,7 @@ from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed
 from foundry.models.http.http_model import HttpModel, schemas_of
 from foundry.models.http.logprobs import checked_logprobs
-from foundry.models.http.pausing import wait_asked
+from foundry.models.http.pausing import requested_wait
 from foundry.models.http.transport import OK, Origin, name_in
 from foundry.models.ollama import ollama_wire
 from foundry.models.ollama.ollama_server import (
@@ -179,7 +179,7 @@ class OllamaModel(HttpModel):
         self, origin: Origin, method: str, path: str, read_timeout_s: float, content: bytes | None = None
     ) -> bytes:
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
-        pause, wait_s = self._pauses[origin.host], wait_asked(response.headers)
+        pause, wait_s = self._pauses[origin.host], requested_wait(response.headers)
         pause.note(wait_s, origin)
         if response.status != OK:
             raise pause.judged(refusal(origin, response.status, response.content, wait_s), origin)

@@ -14,7 +14,7 @@ from foundry.models.base import Loaded, Model, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed, parse_url, parse_urls
 from foundry.models.http.http_model import HttpModel, schemas_of
 from foundry.models.http.logprobs import checked_logprobs
-from foundry.models.http.pausing import wait_asked
+from foundry.models.http.pausing import requested_wait
 from foundry.models.http.transport import OK, Origin
 from foundry.models.openai import openai_wire
 from foundry.models.openai.openai_server import Secret, is_llama_server, listed_info, loaded_in
@@ -175,7 +175,7 @@ class OpenAIModel(HttpModel):
         read_timeout_s = self.server.read_timeout_s
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause = self._pauses[origin.host]
-        wait_s = wait_asked(response.headers)
+        wait_s = requested_wait(response.headers)
         pause.note(wait_s, origin)
         if response.status == OK:
             return self._secret.removed_from_reply(response.content)

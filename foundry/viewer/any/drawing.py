@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from foundry.errors import FoundryError, InputError
-from foundry.storing.store import RunFolder, frame_name, kept_file
+from foundry.storing.store import RunFolder, frame_name, stored_picture
 
 if TYPE_CHECKING:
     from foundry.replay.recording import Recording
@@ -55,7 +55,7 @@ class Drawing:
 
     def picture(self, step: int) -> bytes:
         """Return a PNG of the state after a step, or raise InputError if it is neither stored nor can be drawn."""
-        image = kept_file(self._folder.path, frame_name(step))
+        image = stored_picture(self._folder.path, frame_name(step))
         return self._drawn(step) if image is None else image
 
     def cheap(self, last: int) -> tuple[list[int], str]:

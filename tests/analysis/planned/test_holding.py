@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.planned.holding import PlanCheck, answered, held, open_rows, plans_of
+from analysis.planned.holding import PlanCheck, answered, open_rows, plan_check, plans_of
 from analysis.stats.contrasts import contrasts
 from analysis.tables.signature_table import SignatureTable
 from foundry import __version__
@@ -40,7 +40,7 @@ def hold(tmp_path) -> Callable[..., PlanCheck]:
     def found(made: SignatureTable, models: Sequence[dict[str, object]] = (), weights=(), **changes) -> PlanCheck:
         write_preregistration(tmp_path, plan(**{"foundry": __version__, "models": list(weights), **changes}))
         sweep = SweepFolder(tmp_path, Sweep((), (), ()), {}, models)
-        result = held(sweep, made, made.frame[["model"]])
+        result = plan_check(sweep, made, made.frame[["model"]])
         assert result is not None
         return result
 
@@ -107,7 +107,7 @@ def test_a_measure_whose_code_changed_explores_and_stays_in_the_family(tmp_path)
     other = msgspec.structs.replace(made.measures[0], code_sha256={"grid": "0"})
     write_preregistration(tmp_path, msgspec.structs.replace(made, measures=[other, *made.measures[1:]]))
     runs = runs_of()
-    found = held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
+    found = plan_check(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
     assert found.differs == (f"the code of {MEASURES[0]} has changed since the plan, so these results are exploratory",)
     rows = contrasts(runs, plan=found.plan).set_index("measure")
     assert rows["claim"].to_dict() == {MEASURES[0]: "exploratory", MEASURES[1]: "declared"}
@@ -132,7 +132,7 @@ def test_of_several_sweeps_the_first_plan_alone_declares_families_and_further_on
         write_preregistration(tmp_path / name, plan(foundry=__version__))
     sweeps = [SweepFolder(tmp_path / name, Sweep((), (), ()), {}, (), plan_sha256(tmp_path / name)) for name in names]
     with pytest.raises(InputError, match="leave --family and --margin out"):
-        held(sweeps[1], made, made.frame[["model"]], asked=True)
+        plan_check(sweeps[1], made, made.frame[["model"]], asked=True)
     found, others = plans_of(sweeps, made, made.frame[["model"]])
     assert found.plan.reached == 3
     assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not used here: analyse its sweep alone"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis import analyze
-from analysis.planned.looking import counted, said
+from analysis.planned.looking import counted, error_after_looks
 from analysis.stats.contrasts import contrasts
 from foundry.errors import RecordError
 from signature_tables import MEASURE, runs, table
@@ -38,7 +38,7 @@ def test_each_number_of_seeds_is_a_look_fewer_than_can_be_tested_are_none_and_fu
     assert found[1][1] == ""
     assert found[3][1] == "second undeclared look: tests at 5% err in 8% of cases"
     assert found[4][1] == "third undeclared look: tests at 5% err in 10% of cases"
-    assert said(range(6, 61)) == "undeclared look 55: tests at 5% err in 28% of cases"
+    assert error_after_looks(range(6, 61)) == "undeclared look 55: tests at 5% err in 28% of cases"
 
 
 @pytest.mark.slow
