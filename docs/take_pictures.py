@@ -84,9 +84,10 @@ def opened(width: int, height: int) -> Iterator[Page]:
 
 
 def keep(screenshot: bytes, name: str) -> None:
-    """Keep a screenshot as a PNG of its 256 main colours, undithered: a third of the bytes, and marks stay apart."""
+    """Keep a screenshot as a PNG of the 256 colours that cover its colours best: rare ones of marks stay apart."""
     picture = Image.open(io.BytesIO(screenshot)).convert("RGB")
-    picture.quantize(256, kmeans=8, dither=Image.Dither.NONE).save(IMAGES / name, optimize=True)
+    found = picture.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=8, dither=Image.Dither.NONE)
+    found.save(IMAGES / name, optimize=True)
 
 
 if __name__ == "__main__":
