@@ -10,6 +10,7 @@ from datetime import datetime
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
 
@@ -18,7 +19,7 @@ from foundry.texts import counted, in_words, one_line, ranges, visible
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rich.console import Console
+    from rich.console import Console, ConsoleOptions, RenderResult
     from rich.progress import TaskID
 
     from foundry.composing.planning import PlannedRun
@@ -31,6 +32,10 @@ REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
 _COUNTS = ("runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
 REUSED = "prompt cache"
+WIDE = 120
+"""A terminal with fewer characters per line is too narrow for a table with many columns of text."""
+_SHORT = 12
+"""Words up to this length, such as numbers, break later than longer words."""
 _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 
 
@@ -308,8 +313,16 @@ def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:
     return table
 
 
-def models_table(models: Sequence[Any]) -> Table:
-    """Return a table of the models that a server has."""
+def models_table(models: Sequence[Any], width: int) -> Table:
+    """Return a table of the models that a server has; with few columns if it is for a narrow terminal."""
+    if width < WIDE:
+        table = _table("model", "size", "weights", "context", "can", "loaded")
+        for one in models:
+            weights = f"{one.parameter_size or '?'} {one.quantization or '?'} {one.digest[:12]}"
+            context, able = f"{one.context_length:,}" if one.context_length else "?", ", ".join(one.capabilities)
+            loaded = "yes" if one.loaded else "no"
+            table.add_row(one.name, f"{one.size / 1e9:.1f} GB", weights, context, able, loaded)
+        return table
     table = _table("model", "digest", "size", "parameters", "quantization", "context", "capabilities", "loaded")
     for model in models:
         table.add_row(
@@ -321,10 +334,32 @@ def models_table(models: Sequence[Any]) -> Table:
 
 
 class _PlainTable(Table):
-    """A table that shows the texts of its cells as they are; control characters are escaped."""
+    """A table that shows the texts of its cells as they are; control characters are escaped.
+
+    If the table is too wide for the terminal, its texts break at spaces. A word breaks only if nothing else is left.
+    """
 
     def add_row(self, *cells: Any, **options: Any) -> None:
         super().add_row(*(Text(visible(str(cell))) for cell in cells), **options)
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for column, width in zip(self.columns, self._widths(options.max_width), strict=True):
+            column.width = width
+        yield from super().__rich_console__(console, options)
+
+    def _widths(self, most: int) -> list[int]:
+        """Return the width of each column, such that the table is at most `most` characters wide if possible."""
+        texts = [[str(column.header), *map(str, column.cells)] for column in self.columns]
+        widths = [max(cell_len(line) for text in column for line in text.split("\n")) for column in texts]
+        longest_words = [
+            max(map(cell_len, [*header.split(), *(cells if one.justify == "right" else " ".join(cells).split())]))
+            for one, (header, *cells) in zip(self.columns, texts, strict=True)
+        ]
+        room = most - 2 * (len(widths) - 1)
+        for least in (longest_words, [min(length, _SHORT) for length in longest_words], [1] * len(widths)):
+            while sum(widths) > room and (wide := [one for one, width in enumerate(widths) if width > least[one]]):
+                widths[max(wide, key=widths.__getitem__)] -= 1
+        return widths
 
 
 def _table(*columns: str) -> Table:

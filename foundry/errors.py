@@ -24,7 +24,20 @@ MOST_NAMES = 40
 
 
 class FoundryError(Exception):
-    """Base class of all errors that foundry raises on purpose."""
+    """Base class of all errors that foundry raises on purpose.
+
+    Attributes:
+        advice: the end of the message that says what to do, if it was given separately; else "".
+    """
+
+    def __init__(self, message: object = "", *, advice: str = "") -> None:
+        super().__init__(f"{message} {advice}" if advice else message)
+        self.advice = advice
+
+    @property
+    def problem(self) -> str:
+        """The message without the advice."""
+        return str(self).removesuffix(self.advice).rstrip()
 
 
 class InputError(FoundryError):
@@ -73,9 +86,15 @@ class TransientError(BackendError):
     """
 
     def __init__(
-        self, message: str, *, busy: bool = False, late: bool = False, retry_after_s: float | None = None
+        self,
+        message: str,
+        *,
+        busy: bool = False,
+        late: bool = False,
+        retry_after_s: float | None = None,
+        advice: str = "",
     ) -> None:
-        super().__init__(message)
+        super().__init__(message, advice=advice)
         self.busy = busy
         self.late = late
         self.retry_after_s = retry_after_s
@@ -123,6 +142,4 @@ def not_found(what: str, asked: str, available: Iterable[str], hint: str = "") -
         parts.append(f"Did you mean '{close[0]}'?")
     more = f" and {len(names) - len(shown)} more" if len(shown) < len(names) else ""
     parts.append(f"Available: {', '.join(shown)}{more}." if names else "None is available.")
-    if hint:
-        parts.append(hint)
-    return InputError(" ".join(parts))
+    return InputError(" ".join(parts), advice=hint)

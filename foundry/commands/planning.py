@@ -24,6 +24,8 @@ from foundry.storing.store import SweepFolder
 from foundry.texts import counted, one_line
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from analysis.planned.reach import Reach
     from foundry.composing.compose import Composed
     from foundry.composing.planning import PlannedRepeats, PlannedRun
@@ -56,7 +58,7 @@ def doctor(
     """
     import asyncio
 
-    from foundry.display import frame_table, models_table
+    from foundry.display import models_table
     from foundry.doctor import Status, examine
 
     composed = composed_here(given(overrides, config_dir))
@@ -72,20 +74,31 @@ def doctor(
             else [*examine(composed.sweep, composed.settings, calls=calls), *_tests(composed.sweep)]
         )  # fmt: skip
         installed, unlisted = asyncio.run(_installed(hosts))
-        findings += unlisted
+        failed_servers = {finding.subject for finding in findings if finding.check == "server"}
+        findings += [finding for finding in unlisted if finding.subject not in failed_servers]
     if json:
         print_json({"findings": findings, "models": installed})
     else:
         shown = [finding for finding in findings if finding.status is not Status.OK] if is_quiet() else findings
-        rows = [(check.check, check.subject, check.status.value, check.found, check.advice) for check in shown]
-        if rows:
-            console().print(frame_table(rows, ("check", "of", "status", "found", "what to do")))
+        if shown:
+            console().print(_findings_table(shown, console().width))
         if installed and not is_quiet():
-            console().print(models_table(installed))
+            console().print(models_table(installed, console().width))
     failed = any(finding.status is Status.PROBLEM for finding in findings)
     if composed.asked and not (failed or json or pull):
         say(f"next: foundry plan {shlex.join(composed.asked)}")
     raise typer.Exit(EXIT_FAILED if failed else EXIT_OK)
+
+
+def _findings_table(findings: Sequence[Finding], width: int) -> Table:
+    """Return the table of findings; on a narrow terminal, advice stands below what was found."""
+    from foundry.display import WIDE, frame_table
+
+    rows = [[check.check, check.subject, check.status.value, check.found, check.advice] for check in findings]
+    if width >= WIDE:
+        return frame_table(rows, ("check", "of", "status", "found", "what to do"))
+    below = [[*row, found + (f"\n-> {advice}" if advice else "")] for *row, found, advice in rows]
+    return frame_table(below, ("check", "of", "status", "found -> what to do"))
 
 
 def _ollama_hosts(sweep: Sweep) -> list[str]:
@@ -108,7 +121,8 @@ async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[F
         try:
             models += await list_models(host)
         except InputError as error:
-            unlisted.append(Finding("models", host, Status.SKIPPED, f"the server does not list its models: {error}"))
+            found = f"the server does not list its models: {error.problem}"
+            unlisted.append(Finding("models", host, Status.SKIPPED, found, error.advice))
     return models, unlisted
 
 

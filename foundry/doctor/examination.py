@@ -4,8 +4,9 @@ import asyncio
 import contextlib
 import shutil
 import sqlite3
+from collections import defaultdict
 from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from foundry.expansion import Sweep, settings_key
 from foundry.models.answers.known_weights import KnownWeights, Signs
 from foundry.models.answers.opening import existing_answers
 from foundry.models.base import Loaded, Model, ModelInfo
+from foundry.models.http.transport import Origin
 from foundry.models.human.human_model import HumanModel
 from foundry.models.wrappers.canaries import CanaryAsker, canary_of
 from foundry.running.load import LoadResult
@@ -42,6 +44,7 @@ UNLIMITED_REPLY = 1024
 """Maximum number of tokens of a reply that is assumed if the settings allow any number."""
 COMMON_REPLY = 4
 """Usual replies are assumed to be this many times shorter than the longest reply that is allowed."""
+_READ_LOG = "Find the cause in the log of the server, then repeat foundry doctor."
 CUT_BEYOND = 8
 """Characters per token that no tokenizer reaches in English. If a server counts fewer tokens, it has cut the prompt."""
 
@@ -123,7 +126,7 @@ async def examine_model(
     try:
         info = await use.model.inspect()
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
-        yield Finding("model", name, Status.PROBLEM, _said(error), "No further checks were possible.")
+        yield _refused_to_show(name, error)
         return
     yield _identity(info, began)
     if use.scenario.shows_images:
@@ -151,12 +154,23 @@ async def examine_model(
         async for finding in _canary(use.model, info, cache):
             yield finding
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
-        yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would fail in the same way.")
+        yield _problem("calls", name, error)
 
 
-def _said(error: Exception) -> str:
-    kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
-    return kind + one_line(error)
+def _refused_to_show(name: str, error: Exception) -> Finding:
+    """Return the finding for a model that could not be inspected; its subject is the server if the server failed."""
+    finding = _problem("model", name, error)
+    address, cause = Origin.cut_off(finding.found)
+    advice = finding.advice or _READ_LOG
+    return replace(finding, check="server", subject=address, found=cause, advice=advice) if address else finding
+
+
+def _problem(check: str, name: str, error: Exception) -> Finding:
+    if not isinstance(error, FoundryError):
+        raised = f"its class raises {type(error).__name__}: {one_line(error)}"
+        return Finding(check, name, Status.PROBLEM, raised, "Correct the class of the model.")
+    advice = error.advice or ("" if isinstance(error, InputError) else _READ_LOG)
+    return Finding(check, name, Status.PROBLEM, one_line(error.problem), advice)
 
 
 def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
@@ -311,13 +325,19 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
     }
     yield from check_drawing(scenarios.values())
     yield _disk(sweep, settings, scenarios)
+    unchecked: dict[Finding, list[str]] = defaultdict(list)
     with asyncio.Runner() as runner:
         began = _begun(settings)
         for use in uses_of(sweep, scenarios):
             findings = examine_model(use, began.get(use.model.name), settings["cache"]["path"], calls=calls)
             while (finding := runner.run(_next(findings))) is not None:
-                yield finding
+                if finding.check == "server":
+                    unchecked[finding].append(use.model.name)
+                else:
+                    yield finding
             runner.run(use.model.close())
+    for finding, names in unchecked.items():
+        yield replace(finding, found=f"{finding.found} Not checked: {', '.join(names)}")
 
 
 def _begun(settings: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:

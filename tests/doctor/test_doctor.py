@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from aiohttp import web
 from msgspec import structs
 
 from commands import foundry, succeeds
@@ -23,6 +24,7 @@ from foundry.models.base import Reply, Request
 from foundry.models.ollama.ollama_model import OllamaModel
 from foundry.running.build import build
 from foundry.running.load import BURST, LoadResult, busy_s
+from local_server import LocalServer
 from ollama_cases import EMPTY, FakeModel, busy, grid_answer
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
@@ -156,12 +158,35 @@ def test_a_model_that_is_not_there_is_a_problem(tmp_path: Path):
         code, found = findings(server, tmp_path, "model=lama3.2")
     assert code == 3
     assert found["model"]["status"] == "problem" and "Did you mean 'llama3.2:latest'?" in found["model"]["found"]
+    assert found["model"]["advice"].endswith("ollama pull lama3.2")
 
 
 def test_a_server_that_is_not_there_is_a_problem(tmp_path: Path):
-    done = foundry("doctor", "--json", "model=llama3.2", *FEW, cwd=tmp_path, OLLAMA_HOST="http://127.0.0.1:9")
+    asked = ("-m", "model=llama3.2,qwen3:4b", *FEW)
+    done = foundry("doctor", "--json", *asked, cwd=tmp_path, OLLAMA_HOST="http://127.0.0.1:9")
+    failed = [row for row in json.loads(done.stdout)["findings"] if row["status"] not in ("ok", "warning")]
     assert done.returncode == 3
-    assert "no connection (" in done.stdout
+    assert [(row["check"], row["subject"]) for row in failed] == [("server", "http://127.0.0.1:9")]
+    assert failed[0]["found"].startswith("no connection (")
+    assert failed[0]["found"].endswith("Not checked: llama3.2, qwen3:4b")
+    assert failed[0]["advice"].startswith("Start Ollama (")
+
+
+class OutOfMemory(LocalServer):
+    async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
+        return web.Response(status=500, text='{"error": {"message": "CUDA out of memory"}}')
+
+
+@pytest.mark.parametrize("model", ["a", "openai/a"])
+def test_a_server_that_refuses_every_call_is_a_problem_with_a_cure(model: str, tmp_path: Path):
+    with OutOfMemory() as server:
+        where = {"OLLAMA_HOST": server.url, "OPENAI_BASE_URL": f"{server.url}/v1"}
+        found = found_by(foundry("doctor", "--json", f"model={model}", *FEW, cwd=tmp_path, **where))
+    assert found["server"]["found"] == f"500 CUDA out of memory. Not checked: {model}"
+    assert "log of the server" in found["server"]["advice"] and "models" not in found
+    with OpenAIServer(key="sk-of-the-tests") as locked:
+        done = foundry("doctor", "--json", "model=openai/a", *FEW, cwd=tmp_path, OPENAI_BASE_URL=locked.base_url)
+    assert found_by(done)["server"]["advice"].startswith("Put the key into OPENAI_API_KEY")
 
 
 @pytest.fixture

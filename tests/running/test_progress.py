@@ -20,7 +20,7 @@ from rich.table import Table
 from commands import environment, succeeds, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
-from foundry.display import ProgressDisplay, ran_line, status_table
+from foundry.display import ProgressDisplay, frame_table, ran_line, status_table
 from foundry.expansion import Sweep, expand
 from foundry.running.lane import Tally
 from foundry.running.local import SweepJob
@@ -321,3 +321,16 @@ def test_a_command_begins_though_another_removes_the_folder_of_reports_meanwhile
 
 def table_of(folder: SweepFolder) -> Table:
     return status_table(standings(folder, [run.summary() for run in folder.runs()]))
+
+
+def test_a_table_on_a_narrow_terminal_breaks_texts_at_spaces_and_keeps_names_whole():
+    name, prose = "qwen3:4b-instruct-q8_0", "no connection to the server and nothing else was checked"
+    screen = Console(file=io.StringIO(), width=60)
+    screen.print(frame_table([(name, prose, prose)], ("model", "found", "what to do")))
+    text = screen.file.getvalue()  # type: ignore[attr-defined]
+    words = text.split()
+    assert name in words and all(words.count(word) >= 2 for word in prose.split())
+    assert max(map(len, text.splitlines())) <= 60
+    narrow = Console(file=io.StringIO(), width=20)
+    narrow.print(frame_table([(name, prose, prose)], ("model", "found", "what to do")))
+    assert max(map(len, narrow.file.getvalue().splitlines())) <= 20  # type: ignore[attr-defined]

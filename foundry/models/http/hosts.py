@@ -69,7 +69,7 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
     first = next(iter(infos.values()))
     if len({info.identity for info in infos.values()}) > 1:
         digests = ", ".join(f"{host} has {(info.identity or 'none')[:12]}" for host, info in infos.items())
-        raise HostsDifferError(f"Model '{first.name}' differs between hosts: {digests}. {advice}")
+        raise HostsDifferError(f"Model '{first.name}' differs between hosts: {digests}.", advice=advice)
     states = {host: state for info in infos.values() for host, state in info.states.items()}
     return replace(first, states=states)
 

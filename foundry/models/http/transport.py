@@ -3,6 +3,7 @@
 import functools
 import json
 import logging
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ LARGEST_COUNT = 2**53 - 1
 LARGEST_BODY = 8 * 2**20
 """Maximum number of bytes of a decompressed body: more than a million tokens, far more than any list of models."""
 OK = 200
+_ORIGIN = re.compile(r"[\w ]+ at (?P<address>\S+), model '.*?': ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,12 @@ class Origin:
 
     def __str__(self) -> str:
         return f"{self.server} at {self.host}, model '{self.model}'"
+
+    @staticmethod
+    def cut_off(text: str) -> tuple[str, str]:
+        """Return the address at the beginning of an error's text, and the text after the origin; else ("", text)."""
+        match = _ORIGIN.match(text)
+        return (match["address"], text[match.end() :]) if match else ("", text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,16 +95,17 @@ class Transport:
                 assert self._opened, "aiohttp now opens connections in another way: count them there"
                 return Response(response.status, response.headers, await _body(response, origin))
         except aiohttp.ClientConnectorError as error:
-            raise TransientError(f"{origin}: no connection ({error.os_error}). {self._ways_on}") from error
+            raise TransientError(f"{origin}: no connection ({error.os_error}).", advice=self._ways_on) from error
         except aiohttp.ConnectionTimeoutError as error:
             limit_s = self._serving.connect_timeout_s
-            raise TransientError(f"{origin}: no connection within {limit_s:g} s. {self._ways_on}") from error
+            slow = f"{origin}: no connection within {limit_s:g} s."
+            raise TransientError(slow, advice=self._ways_on) from error
         except TimeoutError as error:
             timed_out = f"{origin}: no complete reply within {read_timeout_s:g} s."
             raise TransientError(timed_out, late=True) from error
         except (aiohttp.ClientError, OSError) as error:
             cause = one_line(f"{type(error).__name__} {error}").rstrip(".")
-            raise TransientError(f"{origin}: {cause}. {self._ways_on}") from error
+            raise TransientError(f"{origin}: {cause}.", advice=self._ways_on) from error
 
     @property
     def opened(self) -> int:

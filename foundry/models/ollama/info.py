@@ -1,6 +1,7 @@
 """Lists the models that are installed on Ollama servers, and installs more."""
 
 import asyncio
+import json
 import os
 from collections.abc import AsyncIterator, Iterable, Iterator
 from contextlib import contextmanager
@@ -134,9 +135,11 @@ def _reading(host: str) -> Iterator[None]:
     try:
         yield
     except (ConnectionError, httpx.TransportError) as error:
-        raise InputError(f"No Ollama server answers at {host} ({type(error).__name__}). {WAYS_ON}") from error
+        raise InputError(f"No Ollama server answers at {host} ({type(error).__name__}).", advice=WAYS_ON) from error
     except ResponseError as error:
         status = f" ({error.status_code})" if error.status_code > 0 else ""
-        raise InputError(f"Ollama at {host} answers{status}: {error_text(error.error.encode())}.") from error
+        # The package passes on the value of the key `error`, which is not always a text.
+        text = error.error if isinstance(error.error, str) else json.dumps(error.error)
+        raise InputError(f"Ollama at {host} answers{status}: {error_text(text.encode())}.") from error
     except ValueError as error:
-        raise InputError(f"The server at {host} is not an Ollama server. {WAYS_ON}") from error
+        raise InputError(f"The server at {host} is not an Ollama server.", advice=WAYS_ON) from error

@@ -153,7 +153,7 @@ class OllamaModel(HttpModel):
             shown = await self._object(host, "POST", "/api/show", {"model": row["model"]})
             version = await self._version(host)
         except BackendError as error:
-            raise InputError(str(error)) from error
+            raise InputError(error.problem, advice=error.advice) from error
         info = described(self.name, row, shown, version, host)
         if info.remote is not None and not self.server.remote:
             raise InputError(_remote_line(self.name, info.remote))

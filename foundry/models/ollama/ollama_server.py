@@ -45,9 +45,10 @@ def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = 
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if CLOUD_DISABLED in text:
-        return ServerError(f"{line} The model runs in Ollama's cloud: name one that is installed on the host.")
+        advice = "The model runs in Ollama's cloud: name one that is installed on the host."
+        return ServerError(line, advice=advice)
     if status in HOPELESS:
-        return ServerError(f"{line} {HOPELESS[status].format(model=origin.model)}")
+        return ServerError(line, advice=HOPELESS[status].format(model=origin.model))
     if status in BUSY:
         return TransientError(line, busy=True, retry_after_s=wait_s)
     if status in TRANSIENT:
@@ -56,13 +57,13 @@ def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = 
         return model_failure(origin, line) or _server_failure(line, text)
     if status >= 400:
         advice = "It would be refused again: check num_ctx, think, format and images against the model."
-        return RequestError(f"{line} {advice}")
-    return ServerError(f"{line} This is not an answer of an Ollama API; check the host.")
+        return RequestError(line, advice=advice)
+    return ServerError(line, advice="This is not an answer of an Ollama API; check the host.")
 
 
 def _server_failure(line: str, text: str) -> BackendError:
     if text.startswith(BAD_SETTINGS):
-        return ServerError(f"{line} Correct the settings of the model.")
+        return ServerError(line, advice="Correct the settings of the model.")
     return TransientError(line)
 
 
@@ -75,7 +76,7 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
     """Return the entry of this model in the list of models that `GET /api/tags` gives."""
     models = listing.get("models")
     if not isinstance(models, list):
-        raise InputError(f"The server at {host} is not an Ollama server. {WAYS_ON}")
+        raise InputError(f"The server at {host} is not an Ollama server.", advice=WAYS_ON)
     rows = {str(row.get("model")): row for row in models if isinstance(row, dict)}
     tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
     if tag is None:

@@ -163,11 +163,10 @@ class OpenAIModel(HttpModel):
             try:
                 listing = await self._send(self._origin(host), "GET", "/models")
             except RequestError as error:
-                raise InputError(
-                    f"{error} If the server has no list of models, use model.server.lists_models=false."
-                ) from error
+                advice = "If the server has no list of models, use model.server.lists_models=false."
+                raise InputError(error, advice=advice) from error
             except BackendError as error:
-                raise InputError(str(error)) from error
+                raise InputError(error.problem, advice=error.advice) from error
         return listed_info(self.settings.model, self.name, listing, self._origin(host), vision=self._vision)
 
     async def _send(self, origin: Origin, method: str, path: str, content: bytes | None = None) -> bytes:

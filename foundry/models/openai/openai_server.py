@@ -127,10 +127,8 @@ def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
     body = decoded(listing)
     rows = body.get("data") if isinstance(body, dict) else body
     if not isinstance(rows, list):
-        raise InputError(
-            f"{origin}: GET /models returned no list. Check model.server.base_url (it often ends with /v1), or set "
-            "model.server.lists_models=false."
-        )
+        advice = "Check model.server.base_url (it often ends with /v1), or set model.server.lists_models=false."
+        raise InputError(f"{origin}: GET /models returned no list.", advice=advice)
     listed = {str(row["id"]): row for row in rows if isinstance(row, dict) and "id" in row}
     if served not in listed:
         hint = f"If {origin.host} also serves models that it does not list, use model.server.lists_models=false."

@@ -67,11 +67,12 @@ def refusal(
     codes = {_field(content, "code"), _field(content, "type")}
     way_on = next((FATAL[code] for code in sorted(codes) if code in FATAL), None) or HOPELESS.get(status)
     if way_on is not None:
-        return ServerError(f"{line} {way_on.format(**fields)}")
+        return ServerError(line, advice=way_on.format(**fields))
     if codes & TOO_LONG:
-        return RequestError(f"{line} The prompt does not fit: give the server a longer context, or shorten the prompt.")
+        advice = "The prompt does not fit: give the server a longer context, or shorten the prompt."
+        return RequestError(line, advice=advice)
     if any(part in text for part in BLIND):
-        return RequestError(f"{line} The model has no vision: set model.vision=false.")
+        return RequestError(line, advice="The model has no vision: set model.vision=false.")
     if status >= 500 and (failure := model_failure(origin, line)) is not None:
         return failure
     return _by_status(line, status, wait_s)
@@ -83,8 +84,8 @@ def _by_status(line: str, status: int, wait_s: float | None) -> BackendError:
     if status in TRANSIENT or status >= 500:
         return TransientError(line, retry_after_s=wait_s)
     if status >= 400:
-        return RequestError(f"{line} {ADVICE}")
-    return ServerError(f"{line} This is not an answer of an OpenAI API; check model.server.base_url.")
+        return RequestError(line, advice=ADVICE)
+    return ServerError(line, advice="This is not an answer of an OpenAI API; check model.server.base_url.")
 
 
 def _field(content: bytes, name: str) -> str:
