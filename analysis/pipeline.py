@@ -199,7 +199,7 @@ def analyze(
 ) -> Analysis:
     """Compute all signatures, compare the groups, and write all files.
 
-    The files go to the folder `analysis` of the sweep, or, for N sweeps, to `analysis_of_N_folders` of the first. For
+    The files go to the folder `analysis` of the sweep, or, for several, to `analysis_with_<others>` of the first. For
     several sweeps all runs are combined, and the tables have a column `sweep`. Baselines of a sweep are included. Runs
     that were measured before and have not changed are not measured again.
 
@@ -222,7 +222,7 @@ def analyze(
     """
     paths = folders_of(dirs)
     sweeps = opened(paths)
-    folder, memory = sweeps[0].analysis_dir_of(len(sweeps)), sweeps[0].analysis_dir / "measured.sqlite"
+    folder, memory = sweeps[0].analysis_dir_with(sweeps[1:]), sweeps[0].analysis_dir / "measured.sqlite"
     check_declared(sweeps, family, margins)
     sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
     chosen = Filter.of(only, without)

@@ -38,8 +38,8 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
 
     Args:
         dirs: folder of a sweep, or folders of several.
-        out: the page; by default `report.html` in the folder of the sweep, or, for N sweeps,
-            `report_of_N_folders.html` in the folder of the first.
+        out: the page; by default `report.html` in the folder of the sweep, or, for several,
+            `report_with_<others>.html` in the folder of the first.
         **options: options of `analysis.analyze` that affect the numbers: `labelled_by_model`, `family`, `margins`,
             `only`, `without`.
 
@@ -51,7 +51,7 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
 
     check_out(out)
     material = gather(dirs, **options)
-    path = material.sweeps[0].report_file_of(len(material.sweeps)) if out is None else out
+    path = material.sweeps[0].report_file_with(material.sweeps[1:]) if out is None else out
     folder = material.analysis.path / "plots"
     write_page(path, render(material, path.resolve().parent, folder))
     missing = {member.folder.id for member in material.members if not member.complete and not member.shown.baseline}

@@ -78,7 +78,7 @@ def analyze(
 
     Declare the measures that your claims need (--family). Without a declaration, all findings are exploratory.
 
-    The tables are in analysis in the folder. Those of N folders together are in analysis_of_N_folders in the first.
+    The tables are in analysis in the folder. The tables of A and B together are in A/analysis_with_B.
     """
     margins = margins_of(margin or [])
     if baselines:

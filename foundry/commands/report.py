@@ -48,8 +48,8 @@ def report(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="File of the page; default: report.html in the folder, report_of_N_folders.html in the first of N "
-            "folders, or card-MODEL.html here."
+            help="File of the page; default: report.html in the folder, report_with_B.html in the first of the folders "
+            "A and B, or card-MODEL.html here."
         ),
     ] = None,
     labeller: WhoLabels = Labeller.RULE,

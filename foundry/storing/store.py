@@ -15,6 +15,7 @@ The module `foundry.storing.run_files` knows the files of a run.
 
 import contextlib
 import datetime
+import hashlib
 import os
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
@@ -75,6 +76,8 @@ WAIT_S = 30.0
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
 """The settings without which a recorded sweep cannot be continued."""
+_LONGEST_NAMES = 60
+"""Number of characters up to which the names of other sweeps are part of the name of a joint analysis."""
 _ENCODE = msgspec.json.Encoder().encode
 
 
@@ -174,9 +177,9 @@ class SweepFolder:
         """The folder of the analysis. A user may delete this folder, because `foundry analyze` writes it anew."""
         return self.path / "analysis"
 
-    def analysis_dir_of(self, folders: int) -> Path:
-        """Return the folder of the analysis of this sweep and others, with the number of all folders."""
-        return self.analysis_dir if folders == 1 else self.path / f"analysis_of_{folders}_folders"
+    def analysis_dir_with(self, others: Sequence["SweepFolder"]) -> Path:
+        """Return the folder of the analysis of this sweep and others; with the sweep `bar`, `analysis_with_bar`."""
+        return self.path / f"analysis{_with_names(others)}"
 
     def export_dir(self, what: str) -> Path:
         """Return the default folder of an export to a tool such as "inspect"; a user may delete this folder."""
@@ -192,9 +195,9 @@ class SweepFolder:
         """Default path of the report."""
         return self.path / "report.html"
 
-    def report_file_of(self, folders: int) -> Path:
-        """Return the default path of a report of this sweep and others; `folders` is the number of all sweeps in it."""
-        return self.report_file if folders == 1 else self.path / f"report_of_{folders}_folders.html"
+    def report_file_with(self, others: Sequence["SweepFolder"]) -> Path:
+        """Return the default path of a report of this sweep and others."""
+        return self.path / f"report{_with_names(others)}.html"
 
     @property
     def baselines_dir(self) -> Path:
@@ -398,6 +401,13 @@ def sweeps_in(path: Path) -> list[Path]:
 
 def _now() -> str:
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def _with_names(others: Sequence[SweepFolder]) -> str:
+    names = "_".join(other.path.resolve().name for other in others)
+    if len(names) > _LONGEST_NAMES:
+        names = f"{len(others)}_others_{hashlib.sha256(names.encode()).hexdigest()[:6]}"
+    return f"_with_{names}" if others else ""
 
 
 def _no_sweep(path: Path) -> str:

@@ -242,8 +242,8 @@ class CatalogedSweep:
 
     def _links(self) -> Iterator[dict[str, str]]:
         """Yield the reports, the plots and the tables in the sweep's folder, as far as they exist."""
-        joint = sorted(self.folder.path.glob("report_of_*_folders.html"))
-        tables = [self.folder.analysis_dir, *sorted(self.folder.path.glob("analysis_of_*_folders"))]
+        joint = sorted(self.folder.path.glob("report_with_*.html"))
+        tables = [self.folder.analysis_dir, *sorted(self.folder.path.glob("analysis_with_*"))]
         files = [(path, "") for path in (self.folder.report_file, *joint)]
         files += [(path, table.name[len("analysis") :]) for table in tables for path in sorted(table.rglob("*"))]
         for path, folders in files:

@@ -78,11 +78,11 @@ def test_a_report_with_a_pilot_has_a_page_and_tables_of_its_own_and_counts_decla
     succeeds(*pilot, cwd=declared)
     before = own_results(declared / "out")
     said = succeeds("report", "out", "pilot", cwd=declared).stdout
-    joint = declared / "out" / "report_of_2_folders.html"
-    assert said.startswith("report of 22 runs in out/report_of_2_folders.html; ") and "go on with" not in said
+    joint = declared / "out" / "report_with_pilot.html"
+    assert said.startswith("report of 22 runs in out/report_with_pilot.html; ") and "go on with" not in said
     assert " · 8 seeds declared, 3 exploratory</p>" in joint.read_text(encoding="utf-8")
     assert own_results(declared / "out") == before
-    assert len(pd.read_csv(declared / "out" / "analysis_of_2_folders" / "signatures.csv")) == 22
+    assert len(pd.read_csv(declared / "out" / "analysis_with_pilot" / "signatures.csv")) == 22
 
 
 def own_results(folder: Path) -> dict[Path, bytes]:

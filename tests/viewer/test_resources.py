@@ -77,13 +77,26 @@ def test_rows_say_how_every_run_stands_and_missing_signatures_are_null(resources
 
 def test_the_tables_of_a_sweep_alone_and_those_with_other_sweeps_are_linked_by_different_names(tmp_path: Path):
     made = sweep(tmp_path / "one")
-    for folders in (1, 2):
-        made.analysis_dir_of(folders).mkdir()
-        (made.analysis_dir_of(folders) / "contrasts.csv").write_text("measure\n", encoding="utf-8")
+    for others in ([], [sweep(tmp_path / "bar")]):
+        made.analysis_dir_with(others).mkdir()
+        (made.analysis_dir_with(others) / "contrasts.csv").write_text("measure\n", encoding="utf-8")
     assert [(one["label"], one["path"]) for one in ask(Resources(made.path), "sweep/one")["links"]] == [
         ("contrasts", "analysis/contrasts.csv"),
-        ("contrasts of 2 folders", "analysis_of_2_folders/contrasts.csv"),
+        ("contrasts with bar", "analysis_with_bar/contrasts.csv"),
     ]
+
+
+def test_each_joint_analysis_has_a_folder_of_its_own_also_with_many_sweeps(tmp_path: Path):
+    first, *others = (
+        sweep(tmp_path / name) for name in ("one", "bar", "naming", *(f"a-long-name-{n}" for n in range(9)))
+    )
+    joint = [first.analysis_dir_with(others[:1]), first.analysis_dir_with(others[1:2]), first.analysis_dir_with(others)]
+    assert [folder.name[:20] for folder in joint] == [
+        "analysis_with_bar",
+        "analysis_with_naming",
+        "analysis_with_11_oth",
+    ]
+    assert first.analysis_dir_with(others[1:]) not in joint and first.analysis_dir_with([]) == first.analysis_dir
 
 
 def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_end(

@@ -128,7 +128,7 @@ def test_several_sweeps_are_taken_together_and_a_setting_swept_in_one_is_looked_
     first = make_sweep([of_agents(WORLD, n, [0]) for n in (2, 6)], name="first")
     second = make_sweep([make_condition("b", [0])], name="second")
     analysis = analyze([first.path, second.path])
-    assert analysis.path == first.path / "analysis_of_2_folders" and not second.analysis_dir.exists()
+    assert analysis.path == first.path / "analysis_with_second" and not second.analysis_dir.exists()
     assert [file.name for file in first.analysis_dir.iterdir()] == ["measured.sqlite"]
     assert analysis.runs["sweep"].tolist() == ["first", "first", "second"]
     assert analysis.runs["world.agents"].tolist() == [2, 6, 6]
