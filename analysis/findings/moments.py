@@ -1,5 +1,6 @@
 """Finds example moments: the first decisions in which two runs differ after the same question."""
 
+import io
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -122,7 +123,7 @@ class _Lines:
 
     def __init__(self, run: RunFolder) -> None:
         self._path = run.path
-        self._rest = iter(run.steps_bytes().splitlines())
+        self._rest = io.BytesIO(run.steps_bytes())
         self._by_place: dict[tuple[int, int], list[Line]] = {}
         self._until = 0
         self._unnoted: list[Line] = []

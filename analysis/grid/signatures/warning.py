@@ -341,7 +341,8 @@ def _with_shifts(labels: BoolArray, periods: IntArray) -> BoolArray:
     for period in np.unique(periods):
         own = np.flatnonzero(periods == period)
         shifts = rng.integers(len(own), size=SHUFFLES)
-        rows[1:, own] = labels[own[(np.arange(len(own)) - shifts[:, None]) % len(own)]]
+        if labels[own].any():  # a shift of messages of which none is a warning changes nothing
+            rows[1:, own] = labels[own[(np.arange(len(own)) - shifts[:, None]) % len(own)]]
     return rows
 
 
