@@ -1,9 +1,11 @@
 """Caches measures, so that a second analysis measures only new or changed runs.
 
-The cache is a SQLite file in the analysis folder. You can delete this file at any time.
+The cache is a SQLite file in the analysis folder. You can delete this file at any time. A copy of the file is emptied
+when it is opened: its measures may come from another person, and nobody can check them.
 """
 
 import hashlib
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -147,10 +149,22 @@ def _connected(path: Path | str) -> Memory:
     try:
         connection.execute("PRAGMA synchronous = OFF")  # runs lost in a crash are measured again
         connection.execute("CREATE TABLE IF NOT EXISTS measured (key TEXT PRIMARY KEY, measures BLOB, steps BLOB)")
+        connection.execute("CREATE TABLE IF NOT EXISTS made_as (inode TEXT)")
+        if path != _NOWHERE:
+            _empty_a_copy(connection, str(os.stat(path).st_ino))
         return Memory(connection)
     except sqlite3.DatabaseError:
         connection.close()
         raise
+
+
+def _empty_a_copy(connection: sqlite3.Connection, inode: str) -> None:
+    """Remove all measures unless the file is still the one into which they were written."""
+    if connection.execute("SELECT inode FROM made_as").fetchall() != [(inode,)]:
+        connection.execute("DELETE FROM measured")
+        connection.execute("DELETE FROM made_as")
+        connection.execute("INSERT INTO made_as VALUES (?)", (inode,))
+        connection.commit()
 
 
 def key_of(folder: RunFolder, labels: str) -> str:

@@ -87,6 +87,20 @@ def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep):
     pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
 
 
+def test_measures_in_a_copy_of_a_memory_are_measured_again(sweep):
+    """A folder from somebody else may hold any numbers under the right keys."""
+    first = measured(sweep)
+    with contextlib.closing(sqlite3.connect(memory_of(sweep))) as database:
+        (one,) = database.execute("SELECT measures FROM measured LIMIT 1").fetchone()
+        database.execute("UPDATE measured SET measures = ?", (one,))
+        database.commit()
+    assert not measured(sweep).equals(first), "where they were written, they count"
+    memory_of(sweep).rename(sent := sweep.path / "sent.sqlite")
+    shutil.copyfile(sent, memory_of(sweep))
+    pd.testing.assert_frame_equal(measured(sweep), first)
+    assert kept(sweep) == 2
+
+
 def test_no_two_runs_have_one_key_even_without_files_and_other_labels_and_own_code_make_others(
     make_sweep, tmp_path, monkeypatch
 ):
