@@ -37,7 +37,7 @@ class Finding:
     Attributes:
         rows: the rows of the contrasts on which it is based, one per level from which it differs; one row for a gap.
         higher: whether the level has the higher values.
-        compared: number of other levels.
+        compared: number of other levels that the rows of the measure compare with the level.
         further: number of other pairs of levels that differ in the measure.
     """
 
@@ -88,10 +88,14 @@ class Finding:
         """The largest adjusted p value among the finding's rows."""
         return max(float(row["p_adjusted"]) for row in self.rows)
 
-    @property
-    def is_of_all(self) -> bool:
-        """True if the level differs from all other levels, and there are at least two others."""
-        return 1 < len(self.rows) == self.compared
+    def others_in(self, sides: Sides) -> int:
+        """Return the number of other levels, including levels that no row of the finding's measure compares."""
+        row = self.rows[0]
+        return max(self.compared, len(sides.levels.get((row["factor"], row["context"]), ())) - 1)
+
+    def is_of_all(self, sides: Sides) -> bool:
+        """Return True if the level differs from all other levels, and there are at least two others."""
+        return 1 < len(self.rows) == self.others_in(sides)
 
     def others(self, names: Mapping[str, str]) -> str:
         """Return the names of the levels from which the finding's level differs, as text."""
@@ -120,11 +124,12 @@ class Finding:
             return f"{sentence(row, sides).removesuffix('.')}{self._further()}."
         least, most = map(number, self.others_range)
         values = f"{number(self.own)} against {least}" + (f" to {most}" if least != most else "")
-        gap = with_interval(self.closest["difference"], self.closest["low"], self.closest["high"])
+        ends = [self.closest[name] for name in ("difference", "low", "high")]
+        gap = with_interval(*(ends if ends[0] >= 0 else (-ends[0], -ends[2], -ends[1])))
         seeds = counted(self.seeds, "seed")
         p = "p < .001" if self.p < 0.001 else f"p at most {p_value(self.p)}"
-        claim = self._claim(sides, {}, f"every other {row['factor']}" if self.is_of_all else self.others({}), {})
-        weakened = dict.fromkeys(weakness for other in self.rows for weakness in weaknesses(other, sides))
+        claim = self._claim(sides, {}, f"every other {row['factor']}" if self.is_of_all(sides) else self.others({}), {})
+        weakened = dict.fromkeys(_of_pair(weak, other) for other in self.rows for weak in weaknesses(other, sides))
         tests = counted(row["family"], "test")
         said = f"{claim}: {row['measure']} {values}, smallest difference {gap}, {seeds}, {p} corrected for {tests}"
         return "; ".join([said, *weakened]) + f"{self._further()}."
@@ -164,8 +169,10 @@ class Finding:
         if len(self.rows) == 1:
             values += f", difference {upright(self.rows[0])}"
         every = f"every other {self.rows[0]['factor']}"
-        several = f"{len(self.rows)} of the {self.compared} others" if len(self.rows) > 2 else self.others(names)
-        return f"{self._claim(sides, names, every if self.is_of_all else several, contexts)}: {values}"
+        several = (
+            f"{len(self.rows)} of the {self.others_in(sides)} others" if len(self.rows) > 2 else self.others(names)
+        )
+        return f"{self._claim(sides, names, every if self.is_of_all(sides) else several, contexts)}: {values}"
 
     def _claim(self, sides: Sides, names: Mapping[str, str], others: str, contexts: Mapping[str, str]) -> str:
         level = names.get(self.level, self.level)
@@ -177,6 +184,11 @@ class Finding:
         if not self.further:
             return ""
         return f"; {counted(self.further, 'further pair')} also differ{'s' * (self.further == 1)}"
+
+
+def _of_pair(weakness: str, row: Row) -> str:
+    """Return a weakness of one of several rows; if it states a difference, name the two levels."""
+    return f"{row['level']} - {row['reference']}: {weakness}" if "the difference" in weakness else weakness
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:

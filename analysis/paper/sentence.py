@@ -52,6 +52,7 @@ class Sides:
         twins: the differences over readable decisions only, by measure, factor, level, reference and context.
         runs: class of the runs by factor, level and context; it determines the titles of measures.
         words: descriptions of measures that belong to no signature, by name.
+        levels: all compared levels by factor and context, including levels that were not declared.
     """
 
     unread: Mapping[tuple[str, str, str], float]
@@ -60,6 +61,7 @@ class Sides:
     runs: Mapping[tuple[str, str, str], type]
     words: Mapping[str, Measure] = field(default_factory=dict)
     readings: Mapping[str, Reading] = field(default_factory=dict)
+    levels: Mapping[tuple[str, str], frozenset[str]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -83,7 +85,7 @@ class Sides:
         at = columns.index(MODEL) if MODEL in columns else None
         models = frozenset(group[at] for group in own) if at is not None else frozenset()
         runs = {side: forms[group].run for group in own if group in forms for side in sides_of(columns, group, factors)}
-        return cls(unread, twins, models, runs, readings=readings or {})
+        return cls(unread, twins, models, runs, readings=readings or {}, levels=_levels(contrasts))
 
     def describe(self, row: Row) -> Measure:
         """Return the description of a row's measure."""
@@ -98,6 +100,14 @@ class Sides:
     def twin(self, row: Row) -> Row | None:
         """Return the row with the same comparison over readable decisions only; None if no such row exists."""
         return self.twins.get(_key(row, str(row["measure"])))
+
+
+def _levels(contrasts: pd.DataFrame) -> dict[tuple[str, str], frozenset[str]]:
+    own = contrasts.loc[~contrasts["baseline"].astype(bool), list(_SIDES)].drop_duplicates()
+    return {
+        (str(factor), str(context)): frozenset(rows["level"]) | frozenset(rows["reference"])
+        for (factor, context), rows in own.groupby(["factor", "context"])
+    }
 
 
 def _key(row: Row, measure: str) -> tuple[str, ...]:

@@ -319,6 +319,29 @@ def test_several_pairs_of_a_measure_are_one_finding():
     assert apart[1].startswith("No difference was found between c and b")
 
 
+def test_a_model_that_the_plan_does_not_name_is_no_part_of_every_other_model():
+    """The model d was added after the plan: it may warn more than c, and nobody declared a test."""
+    ends = {"mean_level": 0.43, "mean_reference": 0.9, "difference": -0.47, "low": -0.54, "high": -0.4}
+    declared = [
+        row(
+            level="c",
+            mean_level=0.9,
+            difference=0.69,
+            low=0.6,
+            high=0.78,
+            note="over all 9 seeds the difference is 0.7",
+        ),
+        row(level="b", reference="c", **ends, note="over all 9 seeds the difference is -0.5"),
+    ]
+    added = row(level="d", reference="c", mean_reference=0.9, mean_level=0.95, **OPEN, headline=False, **FLAT)
+    assert said(*declared, added)[0] == (
+        f"c warns its neighbours more than a and b: {REACH} 0.9 against 0.21 to 0.43, smallest difference "
+        "0.47 [0.4, 0.54], 20 seeds, p at most .004 corrected for 3 tests; c - a: over all 9 seeds the difference is "
+        "0.7; b - c: over all 9 seeds the difference is -0.5."
+    )
+    assert said(*declared)[0].startswith("c warns its neighbours more than every other model: ")
+
+
 def test_sentences_hold_for_tables_that_are_made_from_runs():
     low, high = [0.1, 0.2, 0.15, 0.12, 0.18, 0.11, 0.14, 0.16], [0.5, 0.7, 0.6, 0.55, 0.65, 0.52, 0.58, 0.66]
     arms = (("a", low, "x"), ("b", high, "x"), ("a", low, "y"), ("b", low, "y"))
