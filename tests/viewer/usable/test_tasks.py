@@ -102,6 +102,7 @@ def means(hand: Hand, forms: Forms) -> None:
     open_sweep(hand, forms, "found")
     hand.page.wait_for_selector(".matrix td small >> text=[")
     assert hand.page.locator(".matrix tbody th button").count() == 2
+    assert "Click a model to see its measures" in hand.page.text_content(".matrix caption")
 
 
 def rows_of_a_model(hand: Hand, forms: Forms) -> None:

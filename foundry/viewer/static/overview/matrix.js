@@ -73,7 +73,7 @@
       const all = [...columns, ...missing.map((world) => ({title: world, label: "", measure: "", world}))];
       fill(this.element, part ? h("p", {class: "note"}, `Analysed: ${part}`) : null,
         h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Models and worlds, as a table"}, h("table", {class: "runs"},
-          h("caption", {class: "note"}, matrix?.caption || "Runs that have ended. Analyse the sweep to see scores."),
+          h("caption", {class: "note"}, matrix ? `${matrix.caption} Click a model to see its measures, or a cell to see its runs.` : "Runs that have ended. Analyse the sweep to see scores."),
           h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "model"), all.map((column) => this.head(column)),
             ["readable replies", "calls", "tokens", "time"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
           h("tbody", {}, this.rows.map((row) => this.row(row, all, asked))))),
