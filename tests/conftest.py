@@ -69,14 +69,12 @@ def clean_environment() -> Iterator[None]:
 
 @pytest.fixture
 def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty working directory."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[PostgresServer]:
-    """A PostgreSQL server of this session's own."""
     pytest.importorskip("psycopg", reason="needs the extra postgres: pip install 'foundry-worlds[postgres]'")
     installed = programs()
     if installed is None:

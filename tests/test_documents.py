@@ -174,10 +174,3 @@ def test_the_image_has_what_draws_scenes_and_extras_that_exist():
     (extras,) = re.findall(r'"/src\[([\w,]+)\]"', text)
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert all(re.search(rf"^{extra} = \[", project, re.MULTILINE) for extra in extras.split(","))
-
-
-def test_foundry_asks_the_ollama_that_is_started_beside_it():
-    services = yaml.safe_load((ROOT / "compose.yaml").read_text(encoding="utf-8"))["services"]
-    assert services["foundry"]["environment"]["OLLAMA_HOST"] == "http://ollama:11434"
-    assert services["foundry"]["depends_on"]["ollama"]["condition"] == "service_healthy"
-    assert services["foundry"]["volumes"] == ["./outputs:/work/outputs"], "where the image works"

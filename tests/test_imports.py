@@ -55,7 +55,6 @@ MODULES = {name_of(path): path for folder in PACKAGES for path in files(folder)}
 
 
 def called(node: ast.Call) -> str:
-    """Return the last part of a called name."""
     return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
 
 
@@ -102,7 +101,6 @@ def read(tree: ast.Module) -> Module:
 
 
 def imports() -> dict[str, set[str]]:
-    """Return what each module imports of ours."""
     return {name: module.imports for name, module in modules().items()}
 
 

@@ -19,7 +19,6 @@ SECRET = "the only copy\n"
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small sweep with pictures."""
     folder = tmp_path_factory.mktemp("links")
     succeeds("model=scripted/herd", *SMALL, "output.dir=out", cwd=folder)
     return folder / "out"
@@ -39,7 +38,6 @@ def run_folder(sweep: Path) -> Path:
 
 
 def put(place: Path, make: Callable[[Path], object]) -> None:
-    """Put something in the place of what is there."""
     if place.is_dir():
         shutil.rmtree(place)
     place.unlink(missing_ok=True)

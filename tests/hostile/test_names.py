@@ -25,7 +25,6 @@ NAMES = ["../../evil", "..\\..\\evil", "/etc/evil", "con", "aux.txt", "x" * 240,
 
 
 def files(folder: Path) -> set[str]:
-    """Return every file of a folder."""
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir()}
 
 

@@ -30,7 +30,6 @@ HOSTS = [
 
 
 def everything(workspace: Path) -> bytes:
-    """What stands in any file, and in any file's name."""
     files = [file for file in workspace.rglob("*") if file.is_file()]
     return b"".join(str(file).encode() + file.read_bytes() for file in files)
 

@@ -14,8 +14,6 @@ from ollama_server import OllamaServer
 
 
 class Terminal(io.StringIO):
-    """A terminal, as a command sees it."""
-
     def isatty(self) -> bool:
         return True
 

@@ -43,7 +43,6 @@ class Scripted(Model):
         return step if isinstance(step, Reply) else await step()
 
     def parameters(self) -> dict[str, Any]:
-        """Return nothing."""
         return {}
 
 

@@ -9,7 +9,6 @@ from databases import PostgresStore, SqliteStore, Store
 
 @pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.cluster)])
 def store(request: pytest.FixtureRequest, tmp_path: Path) -> Store:
-    """An empty cache of answers of either kind."""
     if request.param == "sqlite":
         return SqliteStore(tmp_path)
     return PostgresStore(request.getfixturevalue("postgres").database())

@@ -57,7 +57,6 @@ class Timed:
 
     @property
     def now(self) -> float:
-        """The time."""
         return self.sums.clock_s
 
     def serve(self, calls: int, climb: Climb | None = None, fixed: int = 0) -> None:
@@ -74,7 +73,6 @@ class Timed:
             self._came = False
 
     def rate(self, calls: int) -> float:
-        """Return the pace of the last so many answers."""
         return calls / (self.now - self.ends[-calls - 1])
 
     def _look(self, climb: Climb | None) -> None:

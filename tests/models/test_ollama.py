@@ -51,13 +51,6 @@ def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_optio
         assert {**server.loads[0]["options"], "seed": 7} == server.bodies[0]["options"]
 
 
-def test_a_load_whose_caller_gives_up_starts_again():
-    with OllamaServer(holds_loads=True) as server:
-        with pytest.raises(TransientError, match="no complete reply within"):
-            run(make_model(server.url, server={"read_timeout_s": 0.05}), lambda m: m.ask(make_request()))
-        assert server.loaded == ()
-
-
 def test_unloading_frees_the_model_on_every_host():
     async def load_and_unload(model):
         await model.warm_up()

@@ -161,7 +161,6 @@ def test_what_is_no_reply_is_worth_another_try(raw):
     ("case", "kind", "says"),
     [
         (refused(400, "bad schema"), RequestError, "400 bad schema. It would be refused again"),
-        (refused(413, "too large"), RequestError, "413 too large"),
         (refused(422, "not valid"), RequestError, "422 not valid"),
         (refused(400, OVERFLOW, code="context_length_exceeded"), RequestError, "does not fit"),
         (refused(400, "too long", type="exceed_context_size_error", code=400), RequestError, "does not fit"),
@@ -188,7 +187,6 @@ def test_what_is_no_reply_is_worth_another_try(raw):
         (ChatCase(error="text alone", status=400), RequestError, "400 text alone"),
         (ChatCase(error={"message": "upstream", "code": 502}), TransientError, "502 upstream"),
         (ChatCase(error={"message": "moderation", "code": 403}), ServerError, "403 moderation"),
-        (ChatCase(error={"message": "odd", "code": "odd"}), TransientError, "500 odd"),
     ],
 )
 def test_every_refusal_means_what_it_should(case, kind, says):
@@ -215,13 +213,6 @@ def test_a_call_that_used_more_than_the_context_was_cut():
     with pytest.raises(RequestError, match=r"prompt \(90 tokens\) and reply \(20\) overflowed"):
         ask_openai(case, context_length=100)
     assert ask_openai(case, context_length=110)[0].text == "x"
-
-
-def test_calls_go_to_the_least_loaded_of_several_servers():
-    with OpenAIServer() as first, OpenAIServer() as second:
-        model = make_openai(f"{first.base_url}, {second.base_url}")
-        run(model, lambda m: m.ask_all([make_request(seed=n) for n in range(4)]))
-        assert (len(first.bodies), len(second.bodies)) == (2, 2)
 
 
 def test_the_list_of_models_tells_what_it_can():

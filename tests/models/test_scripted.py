@@ -101,13 +101,6 @@ def test_random_draws_uniformly_among_the_legal_actions():
     assert all(abs(count - 150) < 3 * math.sqrt(450 * 2 / 9) for count in counts.values())
 
 
-@pytest.mark.parametrize(("probability", "actions"), [(0, {"move"}), (1, {"stay"})])
-def test_random_stays_as_often_as_it_is_told(probability, actions):
-    rows = steps(play(world(), Random("r", stay_probability=probability)))
-    assert {row.action for row in rows} == actions
-    assert all(row.moved == (row.action == "move") for row in rows)
-
-
 def test_a_probability_beyond_one_is_refused():
     with pytest.raises(InputError, match="stay_probability.*1.5"):
         Random("r", stay_probability=1.5)

@@ -158,13 +158,6 @@ def test_a_secret_shows_itself_nowhere_and_a_placeholder_leaves_replies_alone(mo
     assert "two" not in str(caught.value)
 
 
-def test_a_model_that_the_server_does_not_list_gets_one_clear_line(openai):
-    with OpenAIServer() as server:
-        done = openai(server, "model=openai/nope", *SMALL)
-    assert done.returncode == 2
-    assert "Model 'nope' not found" in done.stderr and done.stderr.count("\n") == 1
-
-
 @pytest.mark.exhaustive
 def test_a_world_that_shows_images_wants_to_know_whether_the_model_sees(openai):
     with OpenAIServer() as server:

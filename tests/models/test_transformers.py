@@ -45,7 +45,6 @@ MakeLocal = Callable[..., TransformersModel]
 
 @pytest.fixture(scope="session")
 def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a model that reads."""
     from tiny_models import make_text_model
 
     return make_text_model(tmp_path_factory.mktemp("models") / "reader")
@@ -53,7 +52,6 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def seer(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a model that reads and sees."""
     from tiny_models import make_vision_model
 
     return make_vision_model(tmp_path_factory.mktemp("models") / "seer")

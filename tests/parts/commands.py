@@ -89,7 +89,6 @@ def is_dead(pid: int) -> bool:
 
 
 def cached_answers(path: Path) -> int:
-    """Return how many answers a cache holds, as another process sees it."""
     if not path.exists():
         return 0
     database = sqlite3.connect(path)
@@ -102,7 +101,6 @@ def cached_answers(path: Path) -> int:
 
 
 def records(folder: Path) -> dict[str, dict[str, bytes]]:
-    """Return every run's record files by run id."""
     names = ("steps.jsonl", "messages.jsonl")
     return {run.id: {name: (run.path / name).read_bytes() for name in names} for run in SweepFolder.open(folder).runs()}
 
@@ -124,7 +122,6 @@ def statuses(folder: Path) -> list[str | None]:
 
 
 def is_stopping(folder: Path) -> bool:
-    """Return whether a command that runs a sweep was asked to stop in order."""
     return any(folder.glob("progress/*.stop"))
 
 

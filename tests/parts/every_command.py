@@ -20,5 +20,4 @@ COMMANDS = {
 
 
 def words(command: str, run: Path) -> list[str]:
-    """Return a command line, word by word, for the folder of a run."""
     return command.replace("RUN", str(run)).split()

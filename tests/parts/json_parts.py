@@ -15,7 +15,6 @@ def places(value: Any, path: tuple[Any, ...] = (), *, skip: Collection[str] = ()
 
 
 def put(value: Any, path: tuple[Any, ...], new: Any) -> Any:
-    """Return the value with another part at this path."""
     if not path:
         return new
     copied = copy.copy(value)

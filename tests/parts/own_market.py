@@ -36,8 +36,6 @@ class Price(Record, frozen=True, kw_only=True):
 
 
 class Rumour(Record, frozen=True, kw_only=True):
-    """What the world does not say that it writes."""
-
     stream: ClassVar[str] = "rumours"
 
     step: int
@@ -97,8 +95,6 @@ class Bidder(ScriptedModel):
 
 
 class Miser(Bidder):
-    """Bids nothing."""
-
     def bid(self, observation: Mapping[str, Any], rng: Generator) -> str:
         return "0"
 

@@ -56,8 +56,6 @@ class Faulty(Stay):
 
 
 class Left(Stay):
-    """Goes left, wherever that leads."""
-
     def reply(self, request: Request) -> Reply:
         return Reply(text=act("left", reasoning="As ever.")) if request.kind == "action" else super().reply(request)
 
@@ -73,8 +71,6 @@ class Bracketed(Stay):
 
 
 class Forward(Stay):
-    """Goes forward in 3D, wherever that leads."""
-
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
         return "Move forward 1 m."
 

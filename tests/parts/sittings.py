@@ -21,7 +21,6 @@ SAY = {"message": "", "reasoning": ""}
 
 
 def default_reply(question: dict[str, Any]) -> str:
-    """Return what the person says who always goes up and is silent."""
     return json.dumps(SAY if "message" in question["schema"]["properties"] else MOVE)
 
 
@@ -50,7 +49,6 @@ class Person:
                 return error.code
 
     def sit(self) -> None:
-        """Agree, and answer one after the other."""
         after = 0
         while (standing := self.now(after))["waiting"] < self.begins_at and not standing["over"]:
             after = standing["version"]

@@ -105,15 +105,6 @@ def test_weights_that_come_and_go_between_two_confirmations_are_found_at_random(
     assert CONFIRM_EVERY_CALLS < len(weights.asked) <= 2 * CONFIRM_EVERY_CALLS
 
 
-@pytest.mark.slow
-def test_a_canary_costs_one_call_in_a_hundred_beside_the_ends(tmp_path: Path):
-    weights = Weighted()
-    with OpenAIServer(weights) as server:
-        swept(tmp_path, server, *SWEEP, "seed=0", "world.steps=80", "output.dir=sweep")
-    assert len(weights.asked) == 320
-    assert len(weights.canaries) <= ALL + -(-320 // CONFIRM_EVERY_CALLS) + 1
-
-
 @pytest.mark.parametrize("tells", [False, None])
 def test_a_server_that_tells_no_log_probabilities_is_judged_by_its_texts(tells: bool | None, tmp_path: Path):
     weights = Weighted(tells=tells)

@@ -2,11 +2,7 @@
 
 import io
 import itertools
-import json
 import os
-import pty
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,18 +13,17 @@ import zstandard
 from rich.console import Console
 from rich.table import Table
 
-from commands import environment, succeeds, wait_until
+from commands import succeeds, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay, frame_table, ran_line, status_table
 from foundry.expansion import Sweep, expand
 from foundry.running.lane import Tally
 from foundry.running.local import SweepJob
-from foundry.running.progress import Pace, Totals
 from foundry.storing.run_files import calls_bytes
 from foundry.storing.standing import counts_so_far, standings
 from foundry.storing.store import SweepFolder, write_atomically
-from ollama_cases import Body, ChatCase, grid_answer
+from ollama_cases import Body
 from ollama_server import OllamaServer
 
 AGENTS, STEPS = 5, 10
@@ -160,22 +155,6 @@ def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspa
     assert seconds_left(told) == pytest.approx(90, rel=0.05)
 
 
-def test_the_bar_moves_within_runs_and_a_pace_begins_with_the_first_one():
-    totals = Totals(runs=2, most=2 * MOST)
-    filled = []
-    for tally in (Tally(), Tally(calls=7), Tally(complete=1, calls=30, spared=MOST - 30), Tally(failed=1)):
-        totals.merge(vars(tally))
-        filled.append(totals.done)
-    assert filled == [0, 7, MOST + 7, 2 * MOST]
-    pace = Pace()
-    for now in range(100):
-        pace.note(0, float(now))
-    assert not pace.begun and pace.per_s is None
-    for now in range(100, 110):
-        pace.note(now - 98, float(now))
-    assert pace.per_s == pytest.approx(1.0)
-
-
 def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
     shown: list[str] = []
 
@@ -232,27 +211,6 @@ def test_the_calls_of_runs_that_were_interrupted_in_their_first_steps_are_counte
 
 def _calls_of(folder: SweepFolder) -> int:
     return sum(counts["calls"] for report in folder.progress().values() for counts in report["counts"].values())
-
-
-@pytest.mark.exhaustive
-def test_what_several_workers_have_to_say_is_said_once_on_a_terminal(tmp_path: Path):
-    def answer(body: Body) -> ChatCase:
-        message = {"role": "assistant", "content": grid_answer(body)}
-        return ChatCase(raw=json.dumps({"message": message, "done": True, "eval_count": True}).encode())
-
-    asked = ("-m", "model=llama3.2", "seed=0-3", "world.agents=2", "world.steps=2", "analyze=false", "runner.workers=2")
-    screen, terminal = pty.openpty()
-    with OllamaServer(answer) as server:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "foundry", *asked],
-            cwd=tmp_path, env=environment(OLLAMA_HOST=server.url), stdout=subprocess.DEVNULL, stderr=terminal,
-        )  # fmt: skip
-        assert process.wait() == 0
-    os.set_blocking(screen, False)
-    said = os.read(screen, 100_000).decode()
-    os.close(terminal)
-    os.close(screen)
-    assert said.count("'eval_count' in its replies is not a number") == 1, said
 
 
 def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sweep, tmp_path, monkeypatch):

@@ -31,7 +31,6 @@ MIDWAY = 26
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sweep as the first weights alone play it."""
     folder = tmp_path_factory.mktemp("undisturbed")
     with OllamaServer() as server:
         succeeds(*SWEEP, "output.dir=sweep", cwd=folder, OLLAMA_HOST=server.url)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import gc
 import os
 import re
 import signal
@@ -20,7 +19,7 @@ from foundry.composing.preflight import check, declare
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import Sweep, expand
 from foundry.models.answers.opening import open_answers
-from foundry.running.cores import garbage_sought_seldom, share_cores, threads_of
+from foundry.running.cores import share_cores, threads_of
 from foundry.running.dask import DaskRunner, Site, check_cache, check_folder, connected
 from foundry.running.lane import Lane, LaneSpec
 from foundry.running.lane_process import LaneProcess, WorkerDied
@@ -172,14 +171,3 @@ def test_each_worker_draws_with_its_part_of_the_cores_unless_the_environment_say
     monkeypatch.setenv("LP_NUM_THREADS", "7")
     share_cores(2)
     assert os.environ["LP_NUM_THREADS"] == "7"
-
-
-def test_while_a_worker_works_garbage_is_sought_less_often():
-    before = gc.get_threshold()
-    gc.set_threshold(700, 10, 10)
-    try:
-        with garbage_sought_seldom():
-            assert gc.get_threshold()[0] > 700
-        assert gc.get_threshold() == (700, 10, 10)
-    finally:
-        gc.set_threshold(*before)

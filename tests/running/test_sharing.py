@@ -31,7 +31,6 @@ def worker(name: str, workers: int = 2, **settings) -> tuple[Shared, Limit]:
 
 
 def told(*workers: Shared) -> dict[str, dict]:
-    """Return the workers' reports as they come out of their files."""
     return {f"0-{n}": msgspec.json.decode(msgspec.json.encode(shared.report())) for n, shared in enumerate(workers)}
 
 
@@ -155,21 +154,6 @@ def test_a_model_that_answers_within_its_worker_has_a_limit_of_its_own(in_proces
     with contextlib.closing(open_answers(str(tmp_path / "answers.sqlite"))) as answers:
         model_stack(model, lambda: answers, limit=shared.maker(MODEL))
     assert len(shared.limits) == made
-
-
-def test_there_is_room_where_calls_are_made_and_seldom_wait():
-    clock = [0.0]
-    shared, limit = worker("0-0", 1)
-    shared._limits = {"server": (limit := Limit(BOUNDS, clock=lambda: clock[0]))}
-    assert not shared.have_room()
-    clock[0] += 1
-    assert not shared.have_room()
-    limit.in_flight = 3
-    clock[0] += 1
-    assert shared.have_room()
-    limit._waiters[None] = None
-    clock[0] += 1
-    assert not shared.have_room()
 
 
 @pytest.mark.parametrize(("open_runs", "least", "most"), [(2, 5, 64), (1, 1, 2)])

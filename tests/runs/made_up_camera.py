@@ -57,7 +57,6 @@ def play(writer: RunWriter, number: int, **changes: Any) -> None:
 
 
 def sweep(path: Path, models: Sequence[str] = ("first", "second")) -> SweepFolder:
-    """Create a sweep that has not begun."""
     return sweep_in(path, WORLD, CAMERA, models, (0,), "paper3d")
 
 

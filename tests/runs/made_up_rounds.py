@@ -99,7 +99,6 @@ def sweep(
     agents: int = AGENTS,
     steps: int = STEPS,
 ) -> SweepFolder:
-    """Create a sweep that has not begun."""
     settings = {"_target_": TARGET, "name": "bar", "agents": agents, "steps": steps} | dict(world or {})
     known = scenario or Bar(name="bar", agents=agents, steps=steps)
     return sweep_in(path, settings, known.declared(), models, seeds, "bar")
@@ -184,21 +183,15 @@ def whole_run(folder: RunFolder, change: Change = same, reply: str = '{"action":
 
 
 class Undrawn(Bar):
-    """One that says nothing of its pictures."""
-
     redraw = Scenario.redraw
 
 
 class Spoilt(Bar):
-    """One whose own code fails."""
-
     def redraw(self, recorded: Recorded) -> Redrawing:
         return {}["seat"]
 
 
 class Growing(Bar):
-    """One whose pictures become larger."""
-
     def redraw(self, recorded: Recorded) -> Redrawing:
         return GrowingPictures(msgspec.json.Decoder(BarStep).decode_lines(recorded.steps), self.agents)
 

@@ -37,7 +37,6 @@ def world(**changes: Any) -> dict[str, Any]:
 def sweep(
     path: Path, *, models: Sequence[str] = ("first", "second"), seeds: Sequence[int] = (0, 1), **changes: Any
 ) -> SweepFolder:
-    """Create a sweep that has not begun."""
     return sweep_in(path, world(**changes), GRID, models, seeds)
 
 

@@ -53,7 +53,6 @@ class Plain:
         return sum(self.counts(self.rows[step, agent]) for agent in self.agents)
 
     def over_states(self, values: dict[int, float]) -> float:
-        """Return the mean of values by state, weighted."""
         kept = {step: self.weight(step) for step in values if self.weight(step)}
         return over(sum(values[step] * weight for step, weight in kept.items()), sum(kept.values()))
 

@@ -43,13 +43,11 @@ class Cluster:
         wait_until(lambda: all("Registered to" in log.read_text() for log in self._logs[1:]), "the workers are there")
 
     def kill(self, pid: int) -> None:
-        """Kill a worker that has no nanny, at once."""
         worker = next(worker for worker in self.workers if worker.pid == pid)
         worker.kill()
         worker.wait()
 
     def kill_scheduler(self) -> None:
-        """Kill the scheduler, at once."""
         self._scheduler.kill()
         self._scheduler.wait()
 

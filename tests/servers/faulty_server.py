@@ -60,8 +60,6 @@ REFUSAL = refused(400, "this prompt is refused")
 
 @dataclass(frozen=True)
 class Shares:
-    """Shares of the calls: that have a fault for an outcome, that are refused."""
-
     decided: float = 0.0
     refused: float = 0.0
 
@@ -87,13 +85,11 @@ class FaultyServer(OllamaServer):
         self._due = list(TRANSIENT) if each_once else []
 
     def seen(self) -> Books:
-        """Return the books as they are now."""
         with self._lock:
             return Books(*map(Counter, vars(self.books).values()))
 
     @property
     def requests(self) -> dict[bytes, Body]:
-        """Every distinct body, by `body_key`."""
         return {body_key(body): body for body in self.bodies}
 
     def _answer(self, body: Body) -> ChatCase:
@@ -137,6 +133,5 @@ class FaultyServer(OllamaServer):
 
 
 def _share(*parts: bytes | int) -> float:
-    """Return a number in 0..1 that the parts decide."""
     digest = hashlib.blake2b(repr(parts).encode(), digest_size=8).digest()
     return int.from_bytes(digest, "little") / 2**64

@@ -44,7 +44,6 @@ class HeldSweep:
     holding: Holding
 
     def wait_until_cached(self, answers: int) -> None:
-        """Wait until the cache file holds so many answers."""
         cache = self.cwd / "outputs" / "answers.sqlite"
         wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache", self.process)
 
@@ -65,7 +64,6 @@ def held_sweep(answers: int, *arguments: str, cwd: Path) -> Iterator[HeldSweep]:
 
 
 def working(folder: Path) -> list[dict[str, Any]]:
-    """Return the reports of the workers that have a run open."""
     return [report for report in SweepFolder.open(folder).progress().values() if report["open"]]
 
 

@@ -15,7 +15,6 @@ import xllamacpp
 
 
 def parameters(asked: argparse.Namespace) -> xllamacpp.CommonParams:
-    """Return the settings of the server."""
     settings = xllamacpp.CommonParams()
     settings.model.path = asked.file
     settings.model_alias = {"tiny"} if isinstance(settings.model_alias, set) else "tiny"

@@ -27,7 +27,6 @@ class LocalServer(ABC):
         self._thread.join()
 
     def _end(self) -> None:
-        """Stop, in the server's own thread."""
         self._stop.set()
 
     @abstractmethod

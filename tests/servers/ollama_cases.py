@@ -46,7 +46,6 @@ class FakeModel:
 
     @property
     def details(self) -> dict[str, Any]:
-        """What `/api/tags`, `/api/ps` and `/api/show` say alike."""
         return {
             "format": "gguf",
             "parameter_size": self.parameter_size,
@@ -56,7 +55,6 @@ class FakeModel:
 
     @property
     def row(self) -> dict[str, Any]:
-        """Its row in `/api/tags`."""
         names = {"name": self.name, "model": self.name, "modified_at": self.modified_at}
         capabilities = list(self.capabilities)
         size = {"size": self.size, "digest": self.digest}
@@ -64,7 +62,6 @@ class FakeModel:
 
     @property
     def shown(self) -> dict[str, Any]:
-        """What `/api/show` says."""
         info = {"general.architecture": "fake", "fake.context_length": self.context_length}
         capabilities = list(self.capabilities)
         return {"details": self.details, "model_info": info, "capabilities": capabilities}
@@ -72,8 +69,6 @@ class FakeModel:
 
 @dataclass
 class Counts:
-    """What happened so far."""
-
     chats: int = 0
     loads: int = 0
     unloads: int = 0
@@ -108,7 +103,6 @@ HANGING = ChatCase(hang=True)
 
 
 def refused(status: int, error: str) -> ChatCase:
-    """Return any refusal."""
     return ChatCase(status=status, error=error)
 
 
@@ -119,12 +113,10 @@ INTEGER_OPTIONS = ("seed", "num_ctx", "num_predict", "num_keep", "top_k", "num_t
 
 
 def estimated_tokens(body: Mapping[str, Any]) -> int:
-    """Return the size of a prompt in tokens, as this server counts them."""
     return sum(len(m["content"]) for m in body["messages"]) // CHARACTERS_PER_TOKEN + 8
 
 
 def context_of(body: Mapping[str, Any]) -> int:
-    """Return the context that a body asks for, in tokens."""
     return int(body.get("options", {}).get("num_ctx") or 4096)
 
 
@@ -134,7 +126,6 @@ def load_key(body: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def refusal_of(body: Mapping[str, Any], model: FakeModel) -> ChatCase | None:
-    """Return how a server refuses this body before it asks the model, or None."""
     think = body.get("think")
     if think not in THINK_LEVELS:
         return refused(400, f"invalid think value: {think!r}")
@@ -162,7 +153,6 @@ def overflow_of(body: Mapping[str, Any]) -> ChatCase | None:
 
 
 def busy(retry_after: str | None = None) -> ChatCase:
-    """Return the refusal of a full queue."""
     headers = {} if retry_after is None else {"Retry-After": retry_after}
     text = "server busy, please try again.  maximum pending requests exceeded"
     return ChatCase(status=503, error=text, headers=headers)
@@ -196,17 +186,14 @@ def grid_answer(body: Mapping[str, Any]) -> str:
 
 
 def held(body: Mapping[str, Any]) -> ChatCase:
-    """Return what `grid_answer` does, to be given once the server is freed."""
     return ChatCase(text=grid_answer(body), held=True)
 
 
 def body_key(body: Body) -> bytes:
-    """Return a body as canonical JSON."""
     return msgspec.json.encode(body, order="deterministic")
 
 
 def chat_reply(body: Body, case: ChatCase, elapsed_s: float, worked_s: float) -> Body:
-    """Return the object that answers a chat call."""
     if case.error is not None:
         return {"error": case.error}
     message = {"role": "assistant", "content": case.text}
@@ -233,7 +220,6 @@ def _metrics(body: Body, case: ChatCase, elapsed_s: float, worked_s: float) -> d
 
 
 def json_response(value: Body, status: int = 200) -> web.Response:
-    """Return an object as a response."""
     return web.Response(body=msgspec.json.encode(value), status=status, content_type="application/json")
 
 

@@ -96,11 +96,9 @@ class OllamaServer(LocalServer):
 
     @property
     def loaded(self) -> tuple[str, ...]:
-        """Names of the models in memory."""
         return tuple(self._loaded)
 
     def drop_hanging(self) -> None:
-        """Close the connections of the calls that hang."""
         self._loop.call_soon_threadsafe(self._let_go.set)
 
     def free(self) -> None:
@@ -246,7 +244,6 @@ class OllamaServer(LocalServer):
 
 
 def main() -> None:
-    """Serve until interrupted."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--latency", type=float, default=0.0, help="seconds of work per call")

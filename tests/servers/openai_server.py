@@ -75,7 +75,6 @@ class OpenAIServer(LocalServer):
 
     @property
     def base_url(self) -> str:
-        """The base URL that clients are given."""
         return f"{self.url}/v1"
 
     async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:

@@ -52,7 +52,6 @@ class PostgresServer:
         self.start()
 
     def database(self) -> str:
-        """Create an empty database and return its URL."""
         self._databases += 1
         name = f"test{self._databases}"
         options = [f"--host={self._folder}", f"--port={self.port}", f"--username={self.user}", name]

@@ -48,17 +48,14 @@ class Replaced:
         return grid_answer({**body, "options": {"seed": -1}})
 
     def put(self, digest: str) -> None:
-        """Let other weights answer from now on."""
         model = self.server.models[MODEL]
         model.digest = digest
         if self._written:
             model.modified_at = f"2026-09-{next(self._days):02}T12:00:00Z"
 
     def put_back(self) -> None:
-        """Let the first weights answer again."""
         self.put(FIRST)
 
     def serve(self) -> OllamaServer:
-        """Return a server that answers so."""
         self.server = OllamaServer(self)
         return self.server

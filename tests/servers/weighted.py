@@ -32,7 +32,6 @@ class Weighted:
     asked: list[str] = field(default_factory=list)
 
     def __call__(self, body: Body) -> str | ChatCase:
-        """Answer one call."""
         prompt = body["messages"][0]["content"]
         if prompt in PROMPTS:
             self.canaries.append(body)

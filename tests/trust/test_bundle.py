@@ -23,7 +23,6 @@ from worlds.camera.usd_files import mesh, picture, write_stage
 
 
 def members(bundle: Path) -> dict[str, bytes]:
-    """Return the files of a bundle as the standard library reads them."""
     content = zstandard.ZstdDecompressor().decompressobj().decompress(bundle.read_bytes())
     with tarfile.open(fileobj=io.BytesIO(content)) as archive:
         return {getmember.name: archive.extractfile(getmember).read() for getmember in archive.getmembers()}  # type: ignore[union-attr]

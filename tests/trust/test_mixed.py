@@ -74,17 +74,6 @@ def test_a_member_has_the_cached_answers_of_its_model(tmp_path: Path):
     assert planned.returncode == 0 and "at most 0 calls would be sent" in planned.stdout, planned.stdout
 
 
-def test_scripted_members_send_no_calls(tmp_path: Path):
-    shape = ("world.agents=4", "world.steps=3")
-    with OllamaServer() as server:
-        planned = foundry(
-            "plan", "model=mix/qwen3:4b@0+scripted/stay@1-3", *shape, cwd=tmp_path, OLLAMA_HOST=server.url
-        )
-    assert "at most 6 calls would be sent" in planned.stdout, planned.stdout + planned.stderr
-    unknown = foundry("plan", "model=mix/qwen3:4b@0+scripted/stay@1", *shape, cwd=tmp_path, OLLAMA_HOST="127.0.0.1:9")
-    assert "If the sweep started now, it would fail" in unknown.stdout and "at most 24 calls" in unknown.stdout
-
-
 def test_a_file_of_ones_own_composes_its_members(tmp_path: Path):
     folder = tmp_path / "mine" / "model"
     folder.mkdir(parents=True)

@@ -24,8 +24,6 @@ from trust.conftest import MIX, rewrite, run_of
 
 
 class Echo:
-    """Keeps what it is built with."""
-
     def __init__(self, **settings: Any) -> None:
         self.settings = settings
 

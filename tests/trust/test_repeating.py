@@ -234,8 +234,3 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path):
     foundry("model=scripted/stay", *SMALL, "output.dir=sweep", cwd=tmp_path)
     (tmp_path / "sweep" / "determinism.json").write_text('{"models": [{"model": 3}]}')
     assert "determinism.json cannot be read" in refusal("status", "sweep", cwd=tmp_path)
-
-
-@pytest.mark.parametrize("value", ["-1", "true"])
-def test_what_is_no_number_of_calls_is_refused(value: str, tmp_path: Path):
-    assert f"got {value.capitalize()}" in refusal("model=scripted/stay", f"determinism={value}", cwd=tmp_path)

@@ -28,11 +28,9 @@ def build_room(stage: Any) -> None:
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Any:
-    """Return an empty stage, Z up and in metres."""
     return new_stage(tmp_path / "scene.usda")
 
 
 @pytest.fixture(scope="session")
 def room(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    """The room, all in one grey."""
     return load_scene(write_stage(tmp_path_factory.mktemp("room") / "room.usda", build_room))

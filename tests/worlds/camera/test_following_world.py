@@ -163,7 +163,6 @@ def test_the_words_stand_in_the_observation_in_the_task_and_in_the_prompts_of_bo
         ({"scene": {"exclude": [], "root": None}}, "0 things with a unique label"),
         ({"grain": "rough"}, "coarse, medium, fine"),
         ({"way": {"shortest": 5, "longest": 1, "radius": 1}}, "Swap the two values"),
-        ({"way": {"shortest": 5, "longst": 1, "radius": 1}}, "longst"),
         ({"way": {"shortest": 50, "longest": 60, "radius": 1}}, "no path of 50 to 60 m"),
         (
             {"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]},

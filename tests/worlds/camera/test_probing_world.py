@@ -163,14 +163,6 @@ def test_a_walk_of_its_own_ends_when_its_decisions_are_used_up(rooms: Path):
     assert kinds == ["move", "move", "count"] and scene.count_calls() == 3
 
 
-def test_pictures_are_not_kept_where_nobody_asks_for_them(rooms: Path):
-    world = scenario(rooms, '{"keep_images": false}').start(0)
-    (facts,) = world.opening()
-    assert isinstance(facts, ProbeEpisode) and all(frame.image is None for frame in facts.frames)
-    (answer,) = world.advance([told(world)])
-    assert isinstance(answer, ProbeStep) and answer.image is None and answer.frames == ()
-
-
 def test_a_scene_that_never_allows_a_question_is_refused_in_one_line(rooms: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("foundry.worlds.camera.probing_world.DRAWS", 3)
     with pytest.raises(
@@ -225,8 +217,6 @@ def test_pictures_lie_evenly_on_a_way_and_the_last_one_looks_at_its_goal():
         ({"walk": "aimless"}, "oracle, own"),
         ({"questions": ["nearest"]}, "Did you mean 'nearer'"),
         ({"questions": ["side", "side"]}, "the name 'side' twice"),
-        ({"questions": []}, "questions is empty"),
-        ({"frames": 1}, "frames"),
         ({"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]}, "not a setting of this world"),
     ],
 )

@@ -29,7 +29,6 @@ def new_stage(path: Path, *, up: str | None = "Z", unit: float | None = 1.0) -> 
 
 
 def saved(stage: Any) -> Path:
-    """Save a stage and return its file."""
     if roots := stage.GetPseudoRoot().GetChildren():
         stage.SetDefaultPrim(roots[0])
     stage.GetRootLayer().Save()
@@ -37,19 +36,16 @@ def saved(stage: Any) -> Path:
 
 
 def loaded(stage: Any, *, exclude: Sequence[str] = ()) -> Scene:
-    """Save a stage and load it as a scene."""
     return load_scene(saved(stage), exclude=exclude)
 
 
 def write_stage(path: Path, build: Build) -> Path:
-    """Write a stage that `build` fills."""
     stage = new_stage(path)
     build(stage)
     return saved(stage)
 
 
 def one_mesh(scene: Scene) -> Any:
-    """Return the only mesh of a scene."""
     (mesh,) = scene.meshes
     return mesh
 
@@ -72,14 +68,12 @@ def mesh(
 
 
 def primvar(gprim: Any, name: str, kind: Any, interpolation: str, values: Sequence[Any]) -> Any:
-    """Add a primvar of this kind (Sdf.ValueTypeNames) to a prim."""
     made = UsdGeom.PrimvarsAPI(gprim).CreatePrimvar(name, kind, interpolation)
     made.Set(values)
     return made
 
 
 def texture_coordinates(gprim: Any, values: Sequence[Sequence[float]], name: str = "st") -> None:
-    """Add face-varying texture coordinates."""
     kind = Sdf.ValueTypeNames.TexCoord2fArray
     primvar(gprim, name, kind, "faceVarying", Vt.Vec2fArray([Gf.Vec2f(*value) for value in values]))
 
@@ -106,7 +100,6 @@ def shader(stage: Any, path: str, kind: str, **inputs: Any) -> Any:
 
 
 def bind(prim: Any, bound: Any) -> None:
-    """Bind a material to a prim or a geom subset."""
     UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(bound)
 
 

@@ -18,12 +18,10 @@ def load_world(name: str) -> dict[str, Any]:
 
 
 def make(name: str = "cafe_library", **changes: Any) -> GridScenario:
-    """Make a shipped world with some settings changed."""
     scenario: GridScenario = instantiate({**load_world(name), **changes}, _convert_="all")
     return scenario
 
 
 def make_at(*cells: tuple[int, int], **changes: Any) -> GridScenario:
-    """Make the cafe and library world with agents on given cells."""
     layout = {"_target_": "foundry.worlds.grid.layouts.Explicit", "positions": [list(cell) for cell in cells]}
     return make(agents=len(cells), layout=layout, **changes)

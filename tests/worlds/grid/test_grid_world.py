@@ -251,16 +251,6 @@ def test_a_frame_is_a_png_of_800_pixels_with_the_same_bytes_each_time_also_of_an
     assert make_at((0, 0), places=[], fires=[], personas={}).start(0).draw() != png
 
 
-def test_a_frame_shows_fires_that_burn_links_and_occupancy():
-    cells = [(15, 0), (16, 0), (21, 0)]
-    scenario = make_at(*cells)
-    frame = frame_of(scenario, 3, cells)
-    assert [fire.name for fire in frame.fires] == ["fire1"]
-    assert frame.links == ((0, 1),)
-    assert frame.occupancy == (0, 2)
-    assert frame_of(scenario, 2, cells).fires == ()
-
-
 PLACE = {"name": "a", "type": "t", "center": [0, 0], "extent": [1, 1], "capacity": 1}
 UNPLACED = {"name": "a", "type": "t", "extent": [1, 1], "capacity": 1}
 WIDE, DRAWN = UNPLACED | {"extent": [5, 5]}, {"draw_positions": True, "places": [UNPLACED], "fires": []}
@@ -275,30 +265,23 @@ GOOD: dict[str, Any] = {
     ("changes", "says"),
     [
         ({"agnets": 3}, "'agnets' not found. Did you mean 'agents'?"),
-        ({"agents": "x"}, "world.agents: expected `int`"),
         ({"agents": 0}, "world.agents: expected `int` >= 1"),
         ({"history": {"memory": 1, "mesages": 2}}, "Setting of world.history 'mesages' not found. Did you mean 'm"),
         ({"history": {"memory": 1}}, "world.history lacks the setting 'messages'"),
-        ({"history": None}, "world.history: expected a mapping"),
         ({"places": 3}, "world.places: expected a list"),
         ({"places": [PLACE | {"capcity": 3}]}, "world.places[0] 'capcity' not found. Did you mean 'capacity'?"),
         ({"places": [PLACE | {"center": [5, 0]}]}, "Place 'a' covers X from 4 to 6"),
         ({"places": [PLACE, PLACE | {"name": "b", "center": [2, 2]}]}, "Places 'a' and 'b' overlap"),
-        ({"places": [PLACE, PLACE | {"center": [4, 4]}]}, "world.places contains the name 'a' twice"),
         ({"places": [PLACE | {"extent": [5, 5]}]}, "no cell outside"),
         ({"fires": [FIRE | {"position": [9, 0]}]}, "Fire 'f' is at [9, 0]"),
         ({"fires": [FIRE | {"start": 0}]}, "world.fires[0].start"),
-        ({"fires": [FIRE | {"intensity": 1.5}]}, "world.fires[0].intensity"),
         ({"fires": [FIRE | {"radius": float("inf")}]}, "finite radius"),
         ({"fires": [FIRE, FIRE]}, "world.fires contains the name 'f' twice"),
         ({"personas": {"gender": {"f": -1.0}}}, "world.personas.gender"),
-        ({"personas": {"gender": {}}}, "world.personas.gender"),
         ({"communication_distance": -1}, "world.communication_distance is -1"),
         ({"layout": Explicit(positions=[[0, 0]])}, "world.layout.positions lists 1 cells, but there are 2 agents"),
         ({"layout": Explicit(positions=[[0, 0], [6, 0]])}, "world.layout.positions[1] is [6, 0]"),
-        ({"layout": "uniform"}, "world.layout: expected `Layout`"),
         ({"draw_positions": True}, "world.places[0].center is [0, 0], but with world.draw_positions=true the seed"),
-        ({"draw_positions": True, "places": []}, "world.fires[0].position is [0, 0], but with world.draw_positions"),
         (DRAWN | {"view": 3}, "world.draw_positions=true works only without further parts"),
         (DRAWN | {"layout": Clustered(clusters=1, radius=2)}, "needs the layout 'uniform', but world.layout is 'clus"),
         (DRAWN | {"places": [UNPLACED | {"extent": [6, 1]}]}, "A place of extent [6, 1] is larger than the grid of"),

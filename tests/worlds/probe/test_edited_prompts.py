@@ -69,7 +69,6 @@ def asked_in(world: str, *overrides: str) -> tuple[Scenario, Any, list[Question]
 
 
 def edited(edit: str, world: str, *overrides: str) -> list[Told]:
-    """Return what an edit changes in a world."""
     scenario, prompt, asked = asked_in(world, *overrides)
     changing = find_edit(edit, scenario)
 

@@ -125,7 +125,6 @@ def test_options_are_turned_round_and_each_can_come_first():
 
 
 def differing(question: Question, other: Question | None) -> set[str]:
-    """Return the attributes of the persona that differ."""
     return {key for key, value in question.observation["persona"].items() if other.observation["persona"][key] != value}
 
 

@@ -20,7 +20,6 @@ GO, STAY = deciding("go"), deciding("stay")
 
 
 def evening(scenario: Bar, *goers: int) -> tuple[list[RoundStep], Evening, list[list[dict[str, Any]]]]:
-    """Return what a first evening writes, and what each agent is told of it."""
     world = scenario.start(0)
     records = world.advance([Answer(GO if agent in goers else STAY) for agent in range(scenario.agents)])
     steps = [record for record in records if isinstance(record, RoundStep)]

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from foundry import seeding
 from foundry.records import Message, Record
-from foundry.worlds.any.any_policies import Random
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.fishery import Catch, Stock, one_by_one, shares, sustainable
 from foundry.worlds.rounds.rounds_policies import GreedyCatch, SustainableCatch
@@ -180,8 +179,3 @@ def test_who_takes_all_ends_it_at_once_and_who_takes_the_sustainable_share_never
     lasting = stocks(list(records(fishery(talk=10), SustainableCatch("sustainable"), 3)))
     months = range(1, 13)
     assert lasting == [Stock(step=month, before=100, caught=50, outsider=None, after=50, next=100) for month in months]
-
-
-def test_the_same_seed_gives_the_same_episode_and_chance_comes_of_the_seed():
-    one, again, other = (records(fishery(talk=3), Random("r"), seed) for seed in (1, 1, 2))
-    assert one == again and one != other

@@ -20,7 +20,6 @@ from small_worlds import naming as game
 
 
 def answered(scenario: NamingGame, say: Callable[[Question], str], seed: int = 0) -> Sequence[Record]:
-    """Return what an episode writes in which `say` answers."""
     answers = lambda asked: [Answer(json.dumps({"action": say(one)})) for one in asked]  # noqa: E731
     return play(scenario.start(seed), answers, most=scenario.count_calls()).records
 

@@ -120,14 +120,6 @@ def test_a_body_climbs_steps_up_to_its_step_height_and_comes_down_again(height: 
         assert place.move(up.foot, 0, 1.5, BODY, slide=False).foot == pytest.approx([3, 0, 0], abs=EXACT)
 
 
-def test_a_slope_that_leads_into_a_ceiling_stops_below_it():
-    slope = quad("/slope", [[0, -4, 0], [4, -4, 1], [4, 4, 1], [0, 4, 0]])
-    ceiling = quad("/ceiling", [[-4, -4, 2], [4, -4, 2], [4, 4, 2], [-4, 4, 2]])
-    motion = collider(slope, ceiling).move([-1, 0, 0], 0, 5.0, BODY, slide=False)
-    assert motion.stopped_by == "/ceiling"
-    assert 1.5 < motion.foot[0] < 1.6 + 1e-6
-
-
 @pytest.mark.parametrize(("gap", "crosses"), [(0.01, True), (0.2, True), (0.4, False)])
 def test_a_crack_in_the_floor_narrower_than_the_radius_is_walked_over(gap: float, crosses: bool):
     planks = scene(floor(-3, -1, 0, 1), floor(gap, -1, 3, 1, path="/plank"), floor(-3, -1, 3, 1, z=-2, path="/below"))
@@ -285,16 +277,3 @@ def test_a_walk_among_random_obstacles_keeps_clear_and_comes_no_less_far_when_it
         assert (np.abs(motion.foot[:2]) <= 3 - BODY.radius_m + 1e-6).all()
         assert world.move(foot, direction, distance, BODY, slide=slide).track.tolist() == motion.track.tolist()
         foot = motion.foot
-
-
-@given(st.floats(0, 359), st.floats(0.3, 2.4), st.floats(-0.9, 0.9), st.floats(0.01, 50))
-@settings(max_examples=25)
-def test_no_move_tunnels_through_one_thin_wall(turn, gap, aside, length):
-    """The wall stands across the way at any angle; its far side is never reached."""
-    angle = math.radians(turn)
-    ahead = np.array([math.cos(angle), math.sin(angle)])
-    across = np.array([-ahead[1], ahead[0]])
-    ends = [tuple(gap * ahead + side * across) for side in (-30, 30)]
-    world = Collider(scene(floor(-60, -60, 60, 60), wall(*ends)), bounds=np.array([[-60, -60, -1], [60, 60, 3]]))
-    motion = world.move(OPEN, turn + math.degrees(math.asin(aside)), length, BODY, slide=True)
-    assert motion.foot[:2] @ ahead <= gap - BODY.radius_m + 1e-5

@@ -1,8 +1,6 @@
 """Where a body can walk, how far it is, and what can be seen from there."""
 
 import math
-import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -118,13 +116,6 @@ def test_no_step_of_the_grid_leads_through_what_stands_beside_it():
     walkable = find_walkable(collider.ground, collider.bounds, BODY, CELL_M)
     near = [(one, other) for one, other in walkable.places[walkable.edges] if np.hypot(*(one[:2] - (x, y))) < 0.5]
     assert len(near) > 50 and all(collider.walkable(one, other, BODY) for one, other in near)
-
-
-def test_stairs_lead_to_another_floor():
-    stairs = [box(f"/stair_{i}", (-1 + 0.3 * i, -3, 0), (3, -1, 0.2 * (i + 1))) for i in range(6)]
-    nav = navigator(*stairs)
-    route = nav.path(at(-2, -2), field_to(nav, 2, -2, 1.2))
-    assert follow(nav, route.points)[2] == pytest.approx(1.2)
 
 
 def test_a_fixed_floor_height_makes_one_level():
@@ -265,17 +256,6 @@ def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, dra
         assert route.length_m <= nav.distance(start, field) + 1e-6
         assert route.length_m >= math.hypot(*(nav.places[goal] - start)[:2]) - 1e-6
         assert follow(nav, route.points) == pytest.approx(nav.places[goal], abs=1e-3)
-
-
-@pytest.mark.slow
-def test_neither_module_needs_a_screen_or_a_gl_library():
-    code = (
-        "import sys, foundry.worlds.camera.body.collision\n"
-        "assert not [m for m in sys.modules if m.startswith('vtk')]\n"
-        "import foundry.worlds.camera.body.navigation\n"
-        "assert not [m for m in sys.modules if 'Rendering' in m or 'pyvista' in m]\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def alcove(left: float, right: float) -> Collider:

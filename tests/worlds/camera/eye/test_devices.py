@@ -1,7 +1,6 @@
 """Which of EGL's devices draws; a machine that cannot draw is told so in one line, before VTK crashes."""
 
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from ctypes.util import find_library
@@ -16,7 +15,6 @@ from foundry.worlds.camera.eye.devices import (
     Drawer,
     Wish,
     check_rendering,
-    choose_window,
     egl_devices,
     install_line,
     is_software,
@@ -119,14 +117,6 @@ def test_a_device_that_the_environment_names_is_left_to_vtk(unchecked: pytest.Mo
     assert os.environ[INDEX] == "3"
 
 
-def test_a_machine_that_can_draw_passes_and_is_asked_once(unchecked: pytest.MonkeyPatch) -> None:
-    check_rendering()
-    unchecked.setattr(subprocess, "run", None)
-    check_rendering()
-    check_rendering.cache_clear()
-    check_rendering()
-
-
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL's drivers can be hidden on Linux alone")
 @pytest.mark.skipif(find_library("OSMesa") is not None, reason="VTK draws with OSMesa where EGL does not work")
 def test_a_machine_without_drivers_is_told_which_package_to_install(unchecked: pytest.MonkeyPatch) -> None:
@@ -137,16 +127,3 @@ def test_a_machine_without_drivers_is_told_which_package_to_install(unchecked: p
     assert str(caught.value).startswith("This machine cannot draw 3D scenes without a screen (")
     assert str(caught.value).endswith(install_line())
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems have one kind of window")
-def test_only_a_linux_machine_without_a_screen_draws_through_egl(monkeypatch: pytest.MonkeyPatch) -> None:
-    name = "VTK_DEFAULT_OPENGL_WINDOW"
-    monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("DISPLAY", ":0")
-    choose_window()
-    assert name not in os.environ
-    monkeypatch.delenv("DISPLAY")
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    choose_window()
-    assert os.environ[name] == "vtkEGLRenderWindow"

@@ -1,7 +1,6 @@
 """The view shows what is there, where it is, and the same pixels every time; other renderers show the same."""
 
 import io
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,6 @@ def look(scene: Scene, yaw: float = 0.0, pitch: float = 0.0, eye: Any = EYE, fov
 
 
 def shade(image: Any) -> int:
-    """Return the grey at the centre."""
     return int(image[CENTRE][0])
 
 
@@ -126,22 +124,6 @@ def test_a_pose_seen_again_gives_the_same_bytes_by_the_one_renderer_of_a_scene_a
     renderer = renderer_for(room, width=128, height=96, fov_deg=60.0)
     assert renderer_for(room, width=128, height=96, fov_deg=60.0) is renderer
     assert renderer_for(room, width=64, height=48, fov_deg=60.0) is not renderer
-
-
-def test_another_thread_may_not_use_a_renderer(room: Scene) -> None:
-    renderer = renderer_for(room, width=128, height=96, fov_deg=60.0)
-    caught: list[str] = []
-
-    def use() -> None:
-        try:
-            renderer.view(EYE, 0, 0)
-        except RuntimeError as error:
-            caught.append(str(error))
-
-    thread = threading.Thread(target=use)
-    thread.start()
-    thread.join()
-    assert caught == ["Only the thread that made a canvas can draw on it; in another one it stays black."]
 
 
 @pytest.fixture

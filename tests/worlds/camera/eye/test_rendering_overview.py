@@ -1,24 +1,15 @@
 """The overview shows the scene, the agent, its way, what it sees and what it did."""
 
-from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.spatial import Delaunay
 
 from foundry.worlds.camera.eye.overview import (
     ABOVE_DEG,
-    ASIDE_DEG,
     OverviewFrame,
     captioned,
     draw_overview,
-    layout,
-    overview_camera,
-    projected,
-    with_inset,
 )
 from foundry.worlds.camera.loading.scene import Scene
 
@@ -61,14 +52,6 @@ def test_the_way_so_far_is_drawn_and_nothing_of_one_frame_stays_in_the_next(room
     assert reddish(near).sum() > 3 * reddish(alone).sum()
 
 
-def test_the_inset_is_the_view_scaled_to_a_place_of_its_own() -> None:
-    paper, view = np.full((720, 960, 3), 255, np.uint8), np.full((384, 512, 3), (0, 0, 200), np.uint8)
-    image = with_inset(paper, view, 288, (12, 492))
-    assert image[700, 20].tolist() == [0, 0, 200]
-    assert (image == [0, 0, 200]).all(axis=2).sum() == 288 * 216
-    assert image[:400].min() == 255
-
-
 @pytest.mark.parametrize(("elevation", "shape"), [(32.0, (384, 512)), (60.0, (512, 384)), (ABOVE_DEG, (200, 800))])
 def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, shape: tuple[int, int]) -> None:
     """All around the inset is paper, and the whole way is seen."""
@@ -82,26 +65,6 @@ def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, sha
     assert len(rows) > 288 * 70 and paper[[0, -1]].all() and paper[:, [0, -1]].all()
     assert orange(image).sum() > 0.4 * orange(alone).sum()
     assert (np.abs(image[:, [0, -1]].astype(int) - alone[-1, -1]).max(axis=2) <= 3).all()
-
-
-@pytest.mark.slow
-@given(
-    st.tuples(*[st.floats(0.5, 60)] * 3),
-    st.sampled_from([ASIDE_DEG, 50.0, ABOVE_DEG, 90.0]),
-    st.sampled_from([(288, 216), (288, 288), (288, 100)]),
-)
-@settings(max_examples=10)
-def test_scenes_of_every_shape_share_the_frame_with_an_inset(
-    size: Any, elevation: float, inset: tuple[int, int]
-) -> None:
-    bounds = np.array([np.zeros(3), size])
-    camera = overview_camera(bounds, elevation)
-    found = layout(camera, bounds, (960, 720), inset)
-    points = projected(camera.farther(found.zoom), bounds, (960, 720)) + found.shift
-    assert points.min() >= 0 and (points.max(axis=0) <= (960, 720)).all()
-    columns, rows = range(found.left, found.left + inset[0], 8), range(found.top, found.top + inset[1], 8)
-    assert (Delaunay(points).find_simplex([*product(columns, rows)]) == -1).all()
-    assert found.zoom <= 1.7
 
 
 @pytest.mark.parametrize(("text", "lines"), [("step 3 · turn left 30°", 1), ("a\nb", 2), ("word " * 400, 4)])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, UsdUtils, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, Vt
 
 from foundry.errors import InputError
 from foundry.worlds.camera.loading.meshes import triangulated
@@ -31,7 +31,6 @@ def facing(scene: Scene) -> list[list[float]]:
 
 
 def area(scene: Scene) -> float:
-    """Return the area of all triangles, square metres."""
     total = 0.0
     for scene_mesh in scene.meshes:
         a, b, c = (scene_mesh.points[scene_mesh.triangles[:, corner]] for corner in range(3))
@@ -187,14 +186,6 @@ def test_a_plane_faces_along_its_axis(stage: Any, axis: str, size: list[float], 
     assert facing(scene) == [normal]
 
 
-def test_round_shapes_are_smooth_and_boxes_are_not(stage: Any) -> None:
-    UsdGeom.Sphere.Define(stage, "/Sphere")
-    UsdGeom.Cube.Define(stage, "/Cube")
-    ball, cube = loaded(stage).meshes
-    assert np.allclose(ball.normals, ball.points / np.linalg.norm(ball.points, axis=1, keepdims=True), atol=0.05)
-    assert len(cube.points) == 24
-
-
 def moved(stage: Any, path: str, *shift: float) -> Any:
     made = UsdGeom.Xform.Define(stage, path)
     made.AddTranslateOp().Set(Gf.Vec3d(*shift))
@@ -210,19 +201,6 @@ def tile(tmp_path: Path, name: str = "tile.usda", size: float = 1) -> str:
     return f"./{name}"
 
 
-def test_transforms_add_up_from_the_root_and_a_scale_that_resolves_units_is_applied(stage: Any) -> None:
-    outer = moved(stage, "/Outer", 10, 0, 0)
-    outer.AddRotateZOp().Set(90)
-    outer.AddScaleOp().Set(Gf.Vec3f(2))
-    moved(stage, "/Outer/Inner", 1, 0, 0)
-    mesh(stage, "/Outer/Inner/Face")
-    scaled = mesh(stage, "/Scaled").AddScaleOp(opSuffix="unitsResolve", precision=UsdGeom.XformOp.PrecisionDouble)
-    scaled.Set(Gf.Vec3d(0.01))
-    outer, scaled = (mesh.points for mesh in loaded(stage).meshes)
-    assert np.allclose([outer.min(axis=0), outer.max(axis=0)], [[8, 2, 0], [10, 4, 0]])
-    assert np.allclose([scaled.min(axis=0), scaled.max(axis=0)], [[0, 0, 0], [0.01, 0.01, 0]])
-
-
 def test_references_payloads_and_instances_are_loaded_each_at_its_place(stage: Any, tmp_path: Path) -> None:
     name = tile(tmp_path)
     stage.DefinePrim("/A").GetReferences().AddReference(name)
@@ -234,16 +212,6 @@ def test_references_payloads_and_instances_are_loaded_each_at_its_place(stage: A
     scene = loaded(stage)
     assert paths(scene) == ["/A/Face", "/B/Face", "/Row/Tile0/Face", "/Row/Tile1/Face"]
     assert [mesh.points[:, 0].min() for mesh in scene.meshes] == [0, 5, 0, 2]
-
-
-def test_the_selected_variant_is_loaded(stage: Any) -> None:
-    choice = UsdGeom.Xform.Define(stage, "/Choice").GetPrim().GetVariantSets().AddVariantSet("size")
-    for name, factor in (("small", 1), ("large", 4)):
-        choice.AddVariant(name)
-        choice.SetVariantSelection(name)
-        with choice.GetVariantEditContext():
-            mesh(stage, "/Choice/Face", [(factor * x, factor * y, 0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
-    assert loaded(stage).bounds.tolist() == [[0, 0, 0], [4, 4, 0]]
 
 
 def instancer(stage: Any, path: str, prototypes: list[str], indices: list[int], positions: list[Any]) -> Any:
@@ -303,19 +271,6 @@ def test_what_is_hidden_inactive_for_guidance_or_excluded_is_not_drawn(stage: An
     assert paths(scene) == ["/World/Seen", "/World/For_render/Face"]
     assert scene.bounds.tolist() == [[0, 0, 0], [1, 1, 0]]
     assert scene.warnings == ("Pattern of `exclude` that matches no prim: /World/Mars",)
-
-
-@pytest.mark.parametrize("ending", ["usd", "usda", "usdc"])
-def test_every_kind_of_file_gives_the_same_meshes(tmp_path: Path, ending: str) -> None:
-    scene = load_scene(write_stage(tmp_path / f"scene.{ending}", lambda stage: mesh(stage, "/Floor")))
-    assert (scene.name, scene.triangles, scene.bounds.tolist()) == ("scene", 2, [[0, 0, 0], [1, 1, 0]])
-
-
-def test_a_package_is_loaded_with_what_it_refers_to(tmp_path: Path) -> None:
-    name = tile(tmp_path)
-    root = write_stage(tmp_path / "root.usda", lambda stage: stage.DefinePrim("/A").GetReferences().AddReference(name))
-    assert UsdUtils.CreateNewUsdzPackage(str(root), str(tmp_path / "all.usdz"))
-    assert paths(load_scene(tmp_path / "all.usdz")) == ["/A/Face"]
 
 
 def test_things_are_labelled_by_semantics_by_isaac_and_by_kind_and_two_may_share_a_label(stage: Any) -> None:

@@ -31,7 +31,6 @@ FOUR = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]]
 
 
 def painted(stage: Any, paint: Any = None, path: str = "/Square") -> Any:
-    """Add a square with texture coordinates and this material."""
     made = mesh(stage, path)
     texture_coordinates(made, CORNERS)
     if paint:
@@ -147,7 +146,6 @@ def test_geom_subsets_have_materials_of_their_own(stage: Any) -> None:
 
 
 def mdl(stage: Any, path: str = "/Paint", **inputs: Any) -> Any:
-    """Add an OmniPBR material."""
     made = UsdShade.Material.Define(stage, path)
     surface = UsdShade.Shader.Define(stage, f"{path}/Shader")
     surface.SetSourceAsset("OmniPBR.mdl", "mdl")
