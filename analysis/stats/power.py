@@ -121,26 +121,25 @@ def recommended(plan: pd.DataFrame) -> pd.DataFrame:
     """Return how many seeds each pair of groups needs for its declared measures, or for all if none is declared.
 
     - seeds: the largest `n_cautious` of its measures, among those that need at most MOST_RECOMMENDED.
-    - measure: the measure that needs this number.
-    - beyond: number of measures that need more than MOST_RECOMMENDED.
+    - enough: the measures for which this number is enough, from the one that needs the most seeds.
+    - beyond: the measures that need more than MOST_RECOMMENDED.
     - without_n: number of measures without an n.
     """
     rows = plan[plan["declared"]] if plan["declared"].any() else plan
     recommendations = []
     for pair, measures in rows.groupby(list(PAIR), sort=False):
         needs = measures["n_cautious"]
-        within = measures[needs <= MOST_RECOMMENDED]
-        most = within["n_cautious"].max()
+        within = measures[needs <= MOST_RECOMMENDED].sort_values("n_cautious", ascending=False, kind="stable")
         recommendations.append(
             dict(zip(PAIR, pair, strict=True))
             | {
-                "seeds": most,
-                "measure": next(iter(within.loc[within["n_cautious"] == most, "measure"]), ""),
-                "beyond": int((needs > MOST_RECOMMENDED).sum()),
+                "seeds": within["n_cautious"].max(),
+                "enough": tuple(within["measure"]),
+                "beyond": tuple(measures.loc[needs > MOST_RECOMMENDED, "measure"]),
                 "without_n": int(needs.isna().sum()),
             }
         )
-    return pd.DataFrame(recommendations, columns=[*PAIR, "seeds", "measure", "beyond", "without_n"])
+    return pd.DataFrame(recommendations, columns=[*PAIR, "seeds", "enough", "beyond", "without_n"])
 
 
 def power_table(plan: pd.DataFrame) -> Table:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
+import textwrap
+from collections import defaultdict
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +43,6 @@ def show_seeds(
     from analysis.filtering import Filter
     from analysis.load import is_probe
     from analysis.planned.declaring import checked_looks
-    from foundry.display import frame_table
 
     wanted, chosen = looks_of(looks), Filter.of(only, without)
     opened = SweepFolder.open(folder)
@@ -58,13 +60,15 @@ def show_seeds(
     if wanted:
         _show_looks(shown, wanted, family)
         return
-    console().print(frame_table([_row(row) for row in shown.to_dict("records")], _COLUMNS))
-    say(f"alone: number of seeds for {power:.0%} power if a test were the only one, at level .05.")
-    say(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
-    say("cautious: as in the family, but with the upper 80 % bound of the pilot's sd. After few seeds, use cautious.")
+    _print_rows([_row(row) for row in shown.to_dict("records")], _COLUMNS, left_out=("pairs",))
+    _explain(f"alone: number of seeds for {power:.0%} power if a test were the only one, at level .05.")
+    _explain(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
+    _explain(
+        "cautious: as in the family, but with the upper 80 % bound of the pilot's sd. After few seeds, use cautious."
+    )
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):
-        print(line)
+        print(_wrapped(line))
 
 
 def show_labels(folder: Path, name: str, power: float) -> None:
@@ -115,16 +119,16 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
 
     rows = recommended(plan).sort_values("seeds", ascending=False, kind="stable")
     for row in rows.head(_MOST_ADVICE).to_dict("records"):
-        others = [
-            f"{said}: {counted(row[name], 'measure')}"
-            for name, said in (("beyond", f"more than {MOST_RECOMMENDED} seeds"), ("without_n", "number unknown"))
-            if row[name]
-        ]
-        if row["measure"]:
-            advice = [f"play {row['seeds']:.0f} seeds (the most demanding measure is {row['measure']}", *others]
-            yield f"{pair_name(row)}: {'; '.join(advice)})"
+        pair = pair_name(row)
+        if row["enough"]:
+            yield f"{pair}: play {row['seeds']:.0f} seeds"
+            yield f"  enough for: {', '.join(row['enough'])}"
         else:
-            yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"
+            yield f"{pair}: no number of seeds up to {MOST_RECOMMENDED} is enough"
+        if row["beyond"]:
+            yield f"  more than {MOST_RECOMMENDED} seeds: {', '.join(row['beyond'])}"
+        if row["without_n"]:
+            yield f"  number unknown: {counted(row['without_n'], 'measure')}; the notes above say why"
     if len(rows) > _MOST_ADVICE:
         further = counted(len(rows) - _MOST_ADVICE, "further pair")
         yield f"not shown: {further} of conditions; each needs fewer seeds, or no number of seeds is enough"
@@ -132,17 +136,51 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
     from analysis.stats.stopping import with_looks
-    from foundry.display import frame_table
 
     rows = [
         (*_first(row), *(_number(row[name], form) for name, form in _LOOKS.items()), str(row["note"]))
         for row in with_looks(plan, looks).to_dict("records")
     ]
-    console().print(frame_table(rows, _AT_LOOKS))
-    say(f"power: chance that a look finds the difference at level .05, corrected for {counted(family, 'test')}.")
-    say(f"seeds: mean number of seeds until a look finds the difference; {looks[-1]} if no look finds it.")
-    say("cautious power, cautious seeds: computed with the upper 80 % bound of the pilot's sd.")
+    _print_rows(rows, _AT_LOOKS, left_out=("pairs", "sd"))
+    _explain(f"power: chance that a look finds the difference at level .05, corrected for {counted(family, 'test')}.")
+    _explain(f"seeds: mean number of seeds until a look finds the difference; {looks[-1]} if no look finds it.")
+    _explain("cautious power, cautious seeds: computed with the upper 80 % bound of the pilot's sd.")
     say("Declare these looks with foundry preregister.")
+
+
+def _print_rows(rows: Sequence[Sequence[str]], columns: Sequence[str], left_out: Sequence[str]) -> None:
+    """Print a table; on a narrow terminal, a table per contrast, with the notes below and without some columns."""
+    from foundry.display import WIDE, frame_table
+
+    if console().width >= WIDE:
+        console().print(frame_table(rows, columns))
+        return
+    kept = [at for at, name in enumerate(columns) if name not in (*left_out, "contrast", "note")]
+    by_contrast: dict[str, list[Sequence[str]]] = defaultdict(list)
+    for row in rows:
+        by_contrast[row[1]].append(row)
+    for contrast, group in by_contrast.items():
+        print(f"\n{contrast}")
+        planned = [[row[at] for at in kept] for row in group if set(row[len(_FIRST) : -1]) != {"-"}]
+        if planned:
+            console().print(frame_table(planned, [columns[at] for at in kept]))
+        for note in dict.fromkeys(row[-1] for row in group if row[-1]):
+            print(_wrapped(f"  {note}: {', '.join(row[0] for row in group if row[-1] == note)}"))
+    print()
+
+
+def _explain(line: str) -> None:
+    say(_wrapped(line))
+
+
+def _wrapped(line: str) -> str:
+    """Return a line that breaks at spaces on a terminal, with the indentation of the line and four spaces."""
+    if not sys.stdout.isatty():
+        return line
+    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    return textwrap.fill(
+        line, console().width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _row(row: Mapping[Hashable, object]) -> tuple[str, ...]:
