@@ -11,6 +11,7 @@ from analysis.labelling import Labelling
 from analysis.lines import COMPLETE
 from analysis.prose import group_label, joined
 from analysis.signatures import FAILURE_RATE
+from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
@@ -18,6 +19,7 @@ from analysis.tables.comparison import Comparison
 from analysis.tables.signature_table import SignatureTable
 
 _READABLE = "outcome.readable"
+_FAILURE = FAILURE_RATE.partition(".")[0]
 _READABLE_ENOUGH = 0.95
 
 
@@ -30,6 +32,7 @@ def notes_of(
 ) -> Iterator[str]:
     """Yield notes on incomplete runs, unreadable replies, repeated tests and worlds, one line each."""
     yield from _of_runs(table, compared, differences)
+    yield from _copies(compared)
     yield from _unread(compared, forms)
     yield from _looks(differences)
     yield from _incomparable(table)
@@ -70,6 +73,18 @@ def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[s
                 f"{forms[group].words.unread}; foundry status shows examples"
             )
     return notes
+
+
+def _copies(compared: Comparison) -> list[str]:
+    """Return a note on groups whose seeds all have equal values, so that a test counts one run several times."""
+    copied = []
+    for group, values in compared.values.items():
+        behaviour = [name for name in values.columns if name.partition(".")[0] not in (*NO_BEHAVIOUR, _FAILURE)]
+        own = values[behaviour].dropna(how="all")
+        if group not in compared.baselines and len(own) > 1 and (own.nunique(dropna=False) == 1).all():
+            copied.append(group_label(group))
+    why = "all seeds have equal values in every measure, so they show no more than one run"
+    return [f"{joined(copied)}: {why}; with sampling_seed=null, each seed samples anew"] if copied else []
 
 
 def unlike_published(validation: pd.DataFrame) -> list[str]:

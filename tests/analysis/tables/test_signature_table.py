@@ -22,6 +22,7 @@ from analysis.tables.comparison import Comparison, compare
 from analysis.tables.groups import group_columns
 from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import comparison_table
+from commands import succeeds
 from foundry.errors import InputError, RecordError
 from foundry.own_code import use
 from foundry.storing.store import SweepFolder
@@ -254,3 +255,13 @@ def test_runs_that_hold_no_decisions_are_listed_without_signatures(make_sweep):
     analysis = analyze([folder.path])
     assert analysis.runs["failure.rate"].tolist() == [0] and analysis.declared == ()
     assert any("world small recorded no decisions" in note for note in analysis.notes)
+
+
+@pytest.mark.parametrize(("sampling", "noted"), [("1,2", True), ("null", False)])
+def test_a_note_names_models_whose_seeds_are_copies_of_one_run(tmp_path, sampling, noted):
+    succeeds(
+        "-m", "world=bar", "world.agents=3", "world.steps=4", "model=scripted/random", "seed=0-2",
+        f"sampling_seed={sampling}", "analyze=false", "runner.workers=1", "output.dir=sweep", cwd=tmp_path,
+    )  # fmt: skip
+    said = [note for note in analyze([tmp_path / "sweep"]).notes if "no more than one run" in note]
+    assert [note.partition(":")[0] for note in said] == ["scripted/random"] * noted
