@@ -248,17 +248,23 @@ def runs_table(planned: Sequence[PlannedRun]) -> Table:
     return table
 
 
-def status_table(standings: Sequence[Standing]) -> Table:
+def status_table(standings: Sequence[Standing], width: int = WIDE) -> Table:
     """Return the table of a sweep's progress, with a row for each model.
 
-    If servers report it, the table has the share of prompt tokens that they had in their own caches.
+    If servers report it, the table has the share of prompt tokens that they had in their own caches. On a narrow
+    terminal, the table has no column that contains only zeros, besides runs, complete and calls.
     """
+    shown = [
+        name
+        for name in _COUNTS
+        if width >= WIDE or name in ("runs", "complete", "calls") or any(getattr(one, name) for one in standings)
+    ]
     has_prompt_cache = any(standing.prompt_cache is not None for standing in standings)
-    table = _table("model", *_COUNTS, *([REUSED] if has_prompt_cache else []))
+    table = _table("model", *shown, *([REUSED] if has_prompt_cache else []))
     for standing in standings:
         share = standing.prompt_cache
         reused = ["" if share is None else f"{share:.0%}"] if has_prompt_cache else []
-        table.add_row(standing.model, *(f"{getattr(standing, name):,}" for name in _COUNTS), *reused)
+        table.add_row(standing.model, *(f"{getattr(standing, name):,}" for name in shown), *reused)
     return table
 
 

@@ -1,6 +1,7 @@
 """Writes the last lines of an analysis on a terminal: findings, largest gaps, notes, next steps."""
 
 import math
+import shlex
 import textwrap
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -84,6 +85,13 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
         break_long_words=False,
         break_on_hyphens=False,
     )
+
+
+def command_lines(command: str, width: int) -> list[str]:
+    """Break a command between its arguments, so that a shell reads the indented lines as one command."""
+    whole = " ".join(shlex.quote(one).replace(" ", "\0") for one in shlex.split(command))
+    *lines, last = wrapped(whole, width - 2, "  ", "    ")
+    return [line.replace("\0", " ") for line in (*(f"{line} \\" for line in lines), last)]
 
 
 def _of_thresholds(results: EndingContent, width: int) -> list[str]:
@@ -244,7 +252,7 @@ class _Shown:
         if not command:
             return []
         title = "To test the largest differences, declare them and run new seeds:"
-        return [title, *wrapped(command, self.width, "  ", "    ")]
+        return [*wrapped(title, self.width), *command_lines(command, self.width)]
 
 
 def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str], *, signed: bool) -> str:

@@ -24,6 +24,10 @@ RUN, LOOK, TRUST, EXTEND = "Run", "Look", "Trust", "Extend"
 """The groups of commands, in the order of `foundry --help`."""
 
 
+_WHOLE = 1_000
+"""More characters than the first sentence of any command has, so that it is wrapped and never cut."""
+
+
 class _Grouped(TyperGroup):
     """Lists the commands by group in `foundry --help`, as plain text."""
 
@@ -31,7 +35,7 @@ class _Grouped(TyperGroup):
         width = max(map(len, self.commands))
         for group in (RUN, LOOK, TRUST, EXTEND):
             lines = [
-                (f"{command.name:<{width}}", command.get_short_help_str(formatter.width - width - 6))
+                (f"{command.name:<{width}}", command.get_short_help_str(_WHOLE))
                 for command in self.commands.values()
                 if getattr(command, "rich_help_panel", None) == group
             ]

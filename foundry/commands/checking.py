@@ -55,7 +55,7 @@ def _check_parts(asked: Sequence[str], json: bool) -> int:
             (check.part, check.check, check.status.value, check.note)
             for check in (failed(checks) if is_quiet() else checks)
         ]
-        console().print(frame_table(rows, ("of", "check", "status", "what to do")))
+        console().print(frame_table(rows, ("of", "check", "status", "note")))
         passed = sum(check.status == "passed" for check in checks)
         print(f"{passed} of {len(checks)} checks passed, {len(failed(checks))} failed")
     return EXIT_INPUT if failed(checks) else EXIT_OK

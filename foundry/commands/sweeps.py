@@ -400,7 +400,7 @@ def status(
     if json:
         print_json({"sweep": opened.path, "models": shown, "failed": failed, **_judged(opened)})
     else:
-        console().print(status_table(shown))
+        console().print(status_table(shown, console().width))
         for line in failure_lines(failed, None) if is_verbose() else failure_lines(failed):
             print(f"failed {line}")
         _print_judged(opened)

@@ -111,7 +111,7 @@ def diff(one: OneRun, other: OneRun, json: AsJson = False, config_dir: Mine = No
 
 def _print_drift(drift: Sequence[Drift]) -> None:
     """Print a table with a row per step, from the first step that differs to the last; of many steps, every k-th."""
-    from rich.table import Table
+    from foundry.display import frame_table
 
     first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)
     if first is None:
@@ -121,10 +121,7 @@ def _print_drift(drift: Sequence[Drift]) -> None:
     stride = -(-len(rows) // _ROWS)
     rows = rows[len(rows) % stride - 1 if len(rows) % stride else stride - 1 :: stride]
     columns = {name: cells for name, cells in _cells(rows).items() if any(cells)}
-    table = Table(*columns)
-    for cells in zip(*columns.values(), strict=True):
-        table.add_row(*cells)
-    console().print(table)
+    console().print(frame_table(zip(*columns.values(), strict=True), list(columns)))
 
 
 def _is_apart(row: Drift) -> bool:

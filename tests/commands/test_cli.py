@@ -54,6 +54,16 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         assert f"Usage: foundry {command} [OPTIONS]" in told and f"for more, use foundry {command} --help." in told
 
 
+def test_the_help_says_the_whole_sentence_about_each_command(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert run(["--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "after how many seeds." in " ".join(" ".join(lines).split())
+    assert not any(line.endswith("...") for line in lines[1:]) and max(map(len, lines)) <= 80
+
+
 @pytest.mark.parametrize(
     ("argv", "expected"),
     [

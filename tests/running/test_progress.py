@@ -192,6 +192,8 @@ def test_the_status_says_what_share_of_the_prompts_came_from_a_servers_prompt_ca
     assert [str(cell) for cell in table.columns[-1].cells] == ["30%", ""]
     folder.end_progress()
     assert len(table_of(folder).columns) == len(table.columns) - 1
+    narrow = status_table(standings(folder, [run.summary() for run in folder.runs()]), width=80)
+    assert [str(column.header) for column in narrow.columns] == ["model", "runs", "complete", "waiting", "calls"]
 
 
 def test_the_calls_of_runs_that_were_interrupted_in_their_first_steps_are_counted(workspace: Path):

@@ -1,12 +1,13 @@
 """How an analysis ends on a terminal."""
 
 import math
+import shlex
 
 import numpy as np
 import pytest
 
 from analysis.findings.study_matrix import Matrix, MatrixCell, MatrixColumn, MatrixRow
-from analysis.paper.ending import MOST_LINES, WIDEST, EndingContent, ending, means_of
+from analysis.paper.ending import MOST_LINES, WIDEST, EndingContent, command_lines, ending, means_of
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, short_contexts, study
@@ -192,6 +193,13 @@ def test_the_command_for_new_seeds_asks_for_the_same_study_and_for_as_many_seeds
     assert on_new_seeds(asked, range(4), ["x.y"], 3, 0.05) == (
         "foundry preregister -m model=a,b,c world.agents=6 seed=4-10 --family x.y"
     )
+
+
+def test_a_long_command_breaks_between_its_arguments_and_a_shell_reads_it_as_one():
+    command = "foundry preregister -m model=a,b,c 'world.fires=[{x: 1, y: 2}]' seed=4-10 --family x.y"
+    lines = command_lines(command, 44)
+    assert len(lines) > 2 and max(map(len, lines)) <= 44
+    assert shlex.split("\n".join(lines).replace("\\\n", "")) == shlex.split(command)
 
 
 @pytest.mark.slow
