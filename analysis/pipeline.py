@@ -46,7 +46,7 @@ from analysis.tables.comparison import Comparison, compare
 from analysis.tables.equal_chances import equal_chances
 from analysis.tables.groups import group_columns, group_keys
 from analysis.tables.latex import split_by
-from analysis.tables.notes import notes_of, out_of_reach, unlike_published
+from analysis.tables.notes import doubtful_weights, notes_of, out_of_reach, unlike_published
 from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import (
     NUMBERS,
@@ -287,6 +287,7 @@ def _analysis_of(
     compared = replace(compared, frame=_doubted(compared.frame, doubts))
     shown = tuple(shown_groups(compared))
     validation = validation_frame(results, groups, compared)
+    played = tuple(members(table.frame, groups, shown, runs_by_id(sweeps)))
     return Analysis(
         path=folder,
         compared=compared,
@@ -295,6 +296,7 @@ def _analysis_of(
             *([f"only a part of the runs, {filtered}"] if filtered else ()),
             *(planned.notes() if planned else ()),
             *others,
+            *doubtful_weights(member.summary.canaries for member in played if member.summary is not None),
             *notes_of(table, compared, differences, forms_by_group, labellings),
             *(f"{said}: differences of that size may come from the server" for said in repeating.values()),
             *unlike_published(validation),
@@ -312,7 +314,7 @@ def _analysis_of(
         validation=validation,
         declared=plan.family if plan else tuple(family or primary_measures(table.measures, table.present)),
         shown=shown,
-        members=tuple(members(table.frame, groups, shown, runs_by_id(sweeps))),
+        members=played,
         planned=planned,
         filtered=filtered,
         doubts=doubts,

@@ -1,7 +1,7 @@
 """Writes notes that warn readers of the tables."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 
 import pandas as pd
@@ -17,6 +17,7 @@ from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.signature_table import SignatureTable
+from foundry.canary import Canary, Verdict
 
 _READABLE = "outcome.readable"
 _FAILURE = FAILURE_RATE.partition(".")[0]
@@ -85,6 +86,26 @@ def _copies(compared: Comparison) -> list[str]:
             copied.append(group_label(group))
     why = "all seeds have equal values in every measure, so they show no more than one run"
     return [f"{joined(copied)}: {why}; with sampling_seed=null, each seed samples anew"] if copied else []
+
+
+def doubtful_weights(canaries: Iterable[Sequence[Canary]]) -> list[str]:
+    """Return a note on each model whose canary, in some runs, differed from the canary of its cached answers.
+
+    Args:
+        canaries: the canaries of each run.
+    """
+    differing: dict[str, list[str]] = {}
+    runs: Counter[str] = Counter()
+    for own in canaries:
+        for canary in own:
+            runs[canary.model] += 1
+            if canary.verdict not in (None, Verdict.SAME):
+                differing.setdefault(canary.model, []).append(f"canary {canary.verdict}: {canary.distance}")
+    return [
+        f"{model}: other weights, or another version of its server, may have answered {len(found)} of "
+        f"{runs[model]} runs ({found[-1]})"
+        for model, found in differing.items()
+    ]
 
 
 def unlike_published(validation: pd.DataFrame) -> list[str]:

@@ -8,6 +8,7 @@ from typing import cast
 import msgspec
 import pytest
 
+from analysis import analyze
 from analysis.report.material import Material
 from analysis.report.provenance import canary_grid
 from commands import foundry, statuses, succeeds
@@ -127,6 +128,9 @@ def test_flags_that_move_log_probabilities_are_undecided_and_said_once(tmp_path:
     assert grown.returncode == 0, grown.stderr
     assert caplog.text.count("differ slightly from those") == 1
     assert [canary.verdict for canary in canaries(tmp_path / "sweep")] == [Verdict.SAME, Verdict.UNDECIDED]
+    (note,) = [note for note in analyze(tmp_path / "sweep", plots=False).notes if "canary" in note]
+    version = "other weights, or another version of its server,"
+    assert note.startswith(f"openai/a: {version} may have answered 1 of 2 runs (canary undecided: ")
 
 
 def test_of_two_servers_one_with_other_weights_is_found_at_the_start(tmp_path: Path):
