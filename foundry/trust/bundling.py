@@ -39,6 +39,7 @@ from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_na
 from foundry.trust.privacy import Scrubber
 
 LEVEL = 10
+_OTHER_FORMATS = {".zip", ".7z", ".rar", ".gz", ".tgz", ".bz2", ".xz"}
 CITATION = "CITATION.cff"
 NEUTRAL = {
     "output": {"dir": None},
@@ -123,6 +124,8 @@ class Entry:
 
 def write_bundle(path: Path, out: Path, *, notes: bool = False) -> Manifest:
     """Write the bundle of the sweep in a folder; `notes` says whether people's notes are included."""
+    if out.suffix.lower() in _OTHER_FORMATS:
+        raise InputError(f"A bundle is a .tar.zst file, not a {out.suffix} file. Use '{out.with_suffix('.tar.zst')}'.")
     if out.exists():
         raise InputError(f"'{out}' already exists. Name another file, or remove it.")
     folder, scrubber = SweepFolder.open(path), Scrubber()

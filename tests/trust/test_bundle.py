@@ -151,6 +151,8 @@ def test_the_folder_of_a_bundle_is_made_and_nothing_is_written_over_or_where_it_
         write_bundle(grid_sweep, tmp_path / "file" / "out.tar.zst")
     with pytest.raises(InputError, match="cannot be written to"):
         unpack_bundle(tmp_path / "new" / "out.tar.zst", tmp_path / "file" / "deep" / "anew")
+    assert "Use 'x.tar.zst'" in refusal("bundle", str(grid_sweep), "x.zip", cwd=tmp_path)
+    assert not (tmp_path / "x.zip").exists(), "the file would be no zip"
     (tmp_path / "x.tar.zst").write_bytes(b"mine")
     assert (
         "exists" in refusal("bundle", str(grid_sweep), "x.tar.zst", cwd=tmp_path)
