@@ -57,7 +57,7 @@ class Runs:
         ]
         seeds = [seed for seed in sorted(sides[0]) if seed in sides[1]][:MOST_SEEDS]
         if not seeds:
-            return (), "in no seed do both groups have a run with a typical value (in the middle half of the group)"
+            return (), "in no seed do both groups have a run with a typical value (between the quartiles of the group)"
         question = self._questions.get(measure.partition(".")[0], "")
         sought = [
             moment
@@ -77,7 +77,7 @@ class Runs:
         return tuple(by_seed.values())[:MOST_MOMENTS], ""
 
     def _typical(self, group: Group, measure: str) -> dict[int, list[Member]]:
-        """Return, by seed, the runs with a typical value: between the lower and the upper quartile of the group."""
+        """Return, by seed, the runs with a typical value: between the quartiles of the group, rounded outwards."""
         column = self._table[measure].to_numpy(dtype=np.float64)
         known = [(place, member) for place, member in self._rows.get(group, []) if not math.isnan(column[place])]
         if not known:

@@ -93,7 +93,8 @@ def measure(run: GridRun) -> dict[str, float]:
     - walker_kl: Kullback-Leibler divergence from walker_share_*, bits; from 0.
     - resultant_length: length of the mean of the moves, as unit vectors; 0 (they cancel out)..1 (one direction).
       mean_direction: direction of this mean, degrees, counter-clockwise from right (up is 90); -180..180. NaN if the
-      moves cancel out. Source: Mardia and Jupp 2000.
+      moves cancel out. The tables average and subtract it as a plain number, although -180 and 180 are the same
+      direction. So compare share_<direction> between runs instead. Source: Mardia and Jupp 2000.
     - share_<direction>: moves in this direction / moves; 0..1.
 
     The same measures of requested moves, executed or blocked, which depend only on the model: asked_bits,
