@@ -275,7 +275,7 @@ def ran_line(summaries: Sequence[RunSummary | None], counts: Sequence[Counts], p
     """
     ended = [summary for summary in summaries if summary is not None]
     complete = sum(summary.status == "complete" for summary in ended)
-    parts = [f"{complete} of {len(summaries)} runs complete in {path}"]
+    parts = [f"{complete} of {counted(len(summaries), 'run')} complete in {path}"]
     times = [datetime.fromisoformat(at) for summary in ended for at in (summary.started, summary.ended) if at]
     span_s = (max(times) - min(times)).total_seconds() if times else 0.0
     if times and span_s <= sum(summary.duration_s for summary in ended):

@@ -196,7 +196,8 @@ def config(
 
 
 def _shown(value: object) -> str:
-    text = one_line(value)
+    in_yaml = "null" if value is None else str(value).lower() if isinstance(value, bool) else value
+    text = one_line(in_yaml)
     return text if is_verbose() or len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
@@ -345,7 +346,8 @@ def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:
         _show_plan(planned, twice, [*filter(None, [size, hours, *timings, costs, reachable]), *notes])
         if reach is not None and not note:
             command = shlex.join(composed.asked)
-            say(f"next: foundry {command}; to make a claim, first: foundry preregister {command} --family MEASURE")
+            say(f"next: foundry {command}")
+            say(f"to make a claim, first: foundry preregister {command} --family MEASURE")
 
 
 def _print_plan(

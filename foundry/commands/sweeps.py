@@ -129,7 +129,7 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
 
     job = job_of(folder, settings, infos)
     runs = folder.runs()
-    say(f"{len(runs)} runs in {folder.path}")
+    say(f"{counted(len(runs), 'run')} in {folder.path}")
     if all(run.is_complete for run in runs):
         say("Nothing to run: all runs are complete.")
     try:

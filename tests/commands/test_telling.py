@@ -177,3 +177,13 @@ def test_a_quiet_command_leaves_out_what_is_no_result_and_the_next_one_does_not(
 
 def test_quiet_and_verbose_exclude_each_other(tmp_path: Path):
     assert "-q and -v cannot be used together" in refusal("status", "out", "-q", "-v", cwd=tmp_path)
+
+
+def test_a_plan_ends_with_one_command_per_line_and_one_run_is_counted_as_one(tmp_path: Path):
+    asked = ("world.agents=2", "world.steps=1", "analyze=false")
+    planned = foundry("plan", "-m", "model=scripted/stay,scripted/random", "seed=0-7", *asked, cwd=tmp_path).stdout
+    run, declare = planned.splitlines()[-2:]
+    assert run.startswith("next: foundry -m ") and "preregister" not in run
+    assert declare.startswith("to make a claim, first: foundry preregister -m ")
+    one = foundry("model=scripted/stay", *asked, "output.dir=out", cwd=tmp_path).stdout
+    assert "1 run in out\n" in one and "1 of 1 run complete in out, " in one

@@ -187,6 +187,8 @@ def test_config_shows_the_settings_that_decide_answers_apart(own: Write, tmp_pat
     assert first_words == [
         "decides answers", "format", "world.steps", "model.think", "where and how", "cache.path", "model.server.hosts",
     ]  # fmt: skip
+    think = next(line for line in done.stdout.splitlines() if line.startswith("model.think"))
+    assert think.split()[:2] == ["model.think", "false"], "it shows a value as a command line takes it"
 
 
 @pytest.mark.parametrize("argv", [("model=scripted/stay,scripted/random",), ("+sweep=first",)])
