@@ -28,9 +28,10 @@ def thresholds(compared: Comparison) -> pd.DataFrame:
 
     - values: number of values of the setting. n: number of seeds for the value with the fewest seeds.
     - threshold: value at which the share of seeds exceeds one half, interpolated linearly between neighbours. Shares
-      are first made non-decreasing in the setting by isotonic regression (Ayer et al. 1955). NaN if there is none.
+      are first made non-decreasing in the setting by isotonic regression (Ayer et al. 1955). NaN if there is none, or
+      if the interval of a value lies on the wrong side of one half.
     - low: greatest value with a 95 % interval below one half. high: least value with an interval above one half.
-    - prevails: `from` (from the threshold on), `never` or `always`.
+    - prevails: `from` (from the threshold on), `never`, `always`, or `some`: at some values, but not from a value on.
     """
     rows = [
         _row(measure, setting, others, points)
@@ -67,6 +68,8 @@ def sentences(frame: pd.DataFrame) -> list[str]:
 
 
 def _sentence(row: Mapping[Any, Any]) -> str:
+    if row["prevails"] == "some":
+        return f"prevails at some values of {row['setting']}, but not from one value on"
     if row["prevails"] != "from":
         return f"{row['prevails']} prevails where {row['setting']} is varied"
     sure = with_interval(row["threshold"], row["low"], row["high"])
@@ -123,6 +126,8 @@ def _row(
     below = [value for value, estimate in points if estimate.high < LEVEL]
     above = [value for value, estimate in points if estimate.low > LEVEL]
     at = passed(values, shares)
+    if max(below, default=-math.inf) > at or min(above, default=math.inf) < at:
+        at = math.nan  # the share surely falls again
     return {
         "measure": measure,
         "setting": setting,
@@ -132,8 +137,15 @@ def _row(
         "threshold": at,
         "low": max(below, default=math.nan),
         "high": min(above, default=math.nan),
-        "prevails": "from" if not math.isnan(at) else "always" if shares[0] > LEVEL else "never",
+        "prevails": _prevails(at, [estimate.mean > LEVEL for _, estimate in points]),
     }
+
+
+def _prevails(threshold: float, at_values: Sequence[bool]) -> str:
+    """Return where an outcome prevails; `at_values` says at which values it does, lowest value first."""
+    if not math.isnan(threshold):
+        return "from"
+    return "always" if all(at_values) else "some" if any(at_values) else "never"
 
 
 def passed(values: FloatArray, shares: FloatArray) -> float:

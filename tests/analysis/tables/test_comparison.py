@@ -120,6 +120,15 @@ def test_a_model_without_a_threshold_or_with_an_unsure_end_is_told_so():
     assert thresholds(compared((0.0, 0.1), two=(0, 10))).empty
 
 
+@pytest.mark.parametrize("counts", [(10, 10, 2, 0), (10, 10, 10, 0), (0, 10, 10, 0)])
+def test_an_outcome_that_stops_again_prevails_at_some_values_only(counts):
+    frame = thresholds(compared(falling=counts))
+    assert frame["prevails"].tolist() == ["some"]
+    assert math.isnan(frame["threshold"][0])
+    (said,) = sentences(frame)
+    assert "prevails at some values of world.committed, but not from one value on" in said
+
+
 def test_where_one_half_is_passed_is_read_on_the_line_between_two_values():
     assert passed(np.array([0, 1, 3]), np.array([0.0, 0.25, 0.75])) == pytest.approx(2)
     assert math.isnan(passed(np.array([0, 1]), np.array([0.6, 0.9])))
