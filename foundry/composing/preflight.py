@@ -2,18 +2,21 @@
 
 import asyncio
 import json
+import sys
+import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from foundry.declared import Declared
-from foundry.errors import InputError, NotInstalledError
+from foundry.errors import FoundryError, InputError, NotInstalledError
 from foundry.expansion import Condition, Sweep, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
 from foundry.records import Outcome
 from foundry.running.build import build, in_run
 from foundry.storing.store import SweepFolder
+from foundry.texts import one_line
 from foundry.worlds.base import Answer, Question, Scenario
 
 _EXAMPLES = {"string": "", "integer": 0, "number": 0, "boolean": False}
@@ -255,7 +258,25 @@ def _check_condition(condition: Condition, model: Model) -> _Opened:
 
 
 def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
-    """Yield the first question of every kind, from an episode in which all answers are empty."""
+    """Yield the first question of every kind, from an episode in which all answers are empty.
+
+    Raises:
+        InputError: the code of an own world raises another error; the message names the line in this code.
+    """
+    try:
+        yield from _first_questions(scenario, seed)
+    except Exception as error:
+        file = getattr(sys.modules[type(scenario).__module__], "__file__", None)
+        frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+        if isinstance(error, FoundryError) or not frames or type(scenario).__module__.startswith("foundry."):
+            raise
+        cause = f"{type(error).__name__}: {one_line(error)} ({file}, line {frames[-1].lineno})"
+        raise InputError(
+            f"World '{scenario.name}' cannot be played with empty replies: {cause}. Correct the code of the world."
+        ) from error
+
+
+def _first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
     world = scenario.start(seed)
     seen: set[str] = set()
     while not world.finished and world.step < MAX_STEPS and len(seen) < len(scenario.kinds):

@@ -100,6 +100,17 @@ def test_what_cannot_be_checked_is_one_line(asked: tuple[str, ...], told: str, m
     assert told in refusal("check", *asked, cwd=mine)
 
 
+@pytest.mark.parametrize("command", [("check",), ("model=scripted/random",)])
+def test_a_world_that_stops_at_an_empty_reply_is_one_line_with_the_line_of_its_code(command, tmp_path: Path):
+    succeeds("new", "world", "market", cwd=tmp_path)
+    code = tmp_path / "mine" / "market.py"
+    code.write_text(code.read_text().replace("int(decision.taken)", "int(decision.action)"))
+    number = code.read_text().partition("int(decision.action)")[0].count("\n") + 1
+    line = refusal(*command, "world=market", "--config-dir", "mine", cwd=tmp_path)
+    assert line.startswith("foundry: World 'market' cannot be played with empty replies: TypeError: int() argument")
+    assert f"market.py, line {number}). Correct the code of the world." in line
+
+
 def test_the_function_returns_what_the_command_prints(mine: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(mine)
     findings = public.check("model=forgetful", *SMALL, config_dir="mine")
