@@ -156,7 +156,8 @@ def _tests(sweep: Sweep) -> Iterator[Finding]:
 @app.command(rich_help_panel=EXTEND)
 def config(
     overrides: Annotated[
-        list[str] | None, typer.Argument(help="Settings to show, such as model.server; and overrides.")
+        list[str] | None,
+        typer.Argument(metavar="SETTINGS", help="Settings to show, such as model.server; and overrides."),
     ] = None,
     json: AsJson = False,
     config_dir: Mine = None,

@@ -94,6 +94,7 @@ def diff(one: OneRun, other: OneRun, json: AsJson = False, config_dir: Mine = No
 
     Compares questions, answers and states.
     """
+    from foundry.running.recorded import excerpts
     from foundry.trust.comparing import compare
 
     left, right = find_run(one), find_run(other)
@@ -102,10 +103,10 @@ def diff(one: OneRun, other: OneRun, json: AsJson = False, config_dir: Mine = No
         print_json({"runs": [left.id, right.id], **vars(parting)})
         return
     for what, difference in (("question", parting.question), ("answer", parting.answer), ("state", parting.state)):
-        place = (
-            "none" if difference is None else difference.line().replace(": recorded ", ": ").replace(", now ", " | ")
-        )
-        print(for_screen(f"first differing {what}: {place}"))
+        print(for_screen(f"first differing {what}: {'none' if difference is None else difference.where()}"))
+        if difference is not None:
+            first, second = excerpts(difference.recorded, difference.now)
+            print(for_screen(f"  first run:  {first}\n  second run: {second}"))
     _print_drift(parting.drift)
 
 

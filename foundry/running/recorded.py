@@ -45,15 +45,18 @@ class Difference:
     now: Any
     place: tuple[int, int, str] | None = None
 
-    def line(self) -> str:
-        """Return the difference in one line."""
+    def where(self) -> str:
+        """Return the file, the line, the question and the key."""
         where = self.file if self.number is None else f"{self.file} line {self.number}"
         if self.place is not None:
             step, agent, kind = self.place
             where += f" (step {step}, agent {agent}, {kind})"
+        return where + (f": {self.field}" if self.field else "")
+
+    def line(self) -> str:
+        """Return the difference in one line."""
         recorded, now = excerpts(self.recorded, self.now)
-        field = f": {self.field}" if self.field else ""
-        return f"{where}{field}: recorded {recorded}, now {now}"
+        return f"{self.where()}: recorded {recorded}, now {now}"
 
 
 def first_difference(recorded: Any, now: Any, path: str = "") -> tuple[str, Any, Any] | None:

@@ -169,7 +169,9 @@ def test_the_drift_is_what_the_records_say_and_a_run_does_not_differ_from_itself
 def test_the_command_prints_a_table_or_json(grid_sweep: Path):
     one, other = (str(run_of(grid_sweep, "qwen3:4b", seed).path) for seed in (0, 1))
     done = succeeds("diff", one, other, cwd=grid_sweep)
-    assert "first differing state: steps.jsonl line 1 (step 1, agent 0, state): x: " in done.stdout
+    lines = done.stdout.splitlines()
+    place = lines.index("first differing state: steps.jsonl line 1 (step 1, agent 0, state): x")
+    assert [line.split(": ")[0] for line in lines[place + 1 : place + 3]] == ["  first run", "  second run"]
     assert "mean distance" in done.stdout
     finished = msgspec.json.decode(foundry("diff", one, other, "--json", cwd=grid_sweep).stdout)
     assert finished["state"]["field"] == "x" and len(finished["drift"]) == 4 and finished["drift"][0]["turned"] is None
