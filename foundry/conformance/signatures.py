@@ -123,13 +123,19 @@ def says_what_it_takes(case: SignatureCase) -> None:
     run_type(case.module)
 
 
-def measures_what_it_describes(case: SignatureCase) -> None:
-    """Every measure is a number within the range that MEASURES states."""
-    for values in case.measured():
+def measures_what_it_describes(case: SignatureCase) -> str:
+    """Every measure is a number within the range that MEASURES states; a note names measures that are always NaN."""
+    rows = case.measured()
+    for values in rows:
         require(isinstance(values, dict), f"measure returns {type(values).__name__}: return a dict of floats")
         for name, value in values.items():
             require(isinstance(value, Real), f"'{name}' is {value!r}: return a number")
             _check_range(name, value, case.module.MEASURES)
+    absent = (
+        [name for name in rows[0] if all(math.isnan(values.get(name, math.nan)) for values in rows)] if rows else []
+    )
+    each = "the only run" if len(rows) == 1 else f"all {len(rows)} runs"
+    return f"NaN in {each} of this check, so nothing checks its values: {', '.join(absent)}" if absent else ""
 
 
 def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:

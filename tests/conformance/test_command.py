@@ -87,6 +87,14 @@ def test_the_null_of_a_signature_named_by_its_name_or_file_is_held_against_a_pol
     assert ("'most' is 0." in note and "Null is 0.5" in note) == bool(exit_code), note
 
 
+def test_a_measure_that_is_never_defined_gets_a_note(mine: Path):
+    for value, noted in (("math.nan", True), ("1.0 if len(run.step) else math.nan", False)):
+        (mine / "mine" / "signatures" / "greed.py").write_text(GREED % value)
+        printed = succeeds("check", "greed", *SMALL, "--config-dir", "mine", "--json", cwd=mine)
+        notes = {load["check"]: load["note"] for load in json.loads(printed.stdout)["findings"]}
+        assert ("nothing checks its values: most" in notes["measures what it describes"]) == noted
+
+
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
