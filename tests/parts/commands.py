@@ -141,6 +141,6 @@ def sessions(folder: Path) -> set[str]:
 
 def sweep_folder(output: str) -> Path:
     """Return the folder that a finished command said it wrote."""
-    match = re.search(r"runs in (\S+)", output)
+    match = re.search(r"runs? in (\S+)", output)
     assert match, output
     return Path(match[1])
