@@ -3,7 +3,7 @@
 import ast
 import graphlib
 import symtable
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -183,14 +183,6 @@ def test_imports_within_foundry_point_down_only():
 
 def test_no_module_imports_itself_by_way_of_others():
     graph = {name: {one for one in texts if one in MODULES and one != name} for name, texts in imports().items()}
-    graphlib.TopologicalSorter(graph).prepare()
-
-
-def test_no_room_of_the_3d_worlds_imports_itself_by_way_of_others():
-    graph: dict[Path, set[Path]] = defaultdict(set)
-    for name, texts in imports_of("foundry.worlds.camera").items():
-        room = MODULES[name].parent
-        graph[room] |= {MODULES[one].parent for one in texts & CAMERA} - {room}
     graphlib.TopologicalSorter(graph).prepare()
 
 

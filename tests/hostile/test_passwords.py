@@ -18,27 +18,12 @@ from foundry.trust.unknown import check_models, check_settings
 
 SECRET = "hunter2"
 SMALL = ("world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
-HOSTS = [
-    f"http://me:{SECRET}@127.0.0.1:9",
-    f"me:{SECRET}@127.0.0.1:9",
-    f"me:{SECRET}@127.0.0.1",
-    f"http://me:pa/{SECRET}@127.0.0.1:9",
-    f"http://me:{SECRET}@ho[st",
-    f"ftp://me:{SECRET}@127.0.0.1",
-    f"http://me:{SECRET}@127.0.0.1:{SECRET}x@y",
-]
+HOSTS = [f"http://me:{SECRET}@127.0.0.1:9", f"me:{SECRET}@127.0.0.1:9"]
 
 
 def everything(workspace: Path) -> bytes:
     files = [file for file in workspace.rglob("*") if file.is_file()]
     return b"".join(str(file).encode() + file.read_bytes() for file in files)
-
-
-@pytest.mark.parametrize("host", HOSTS)
-def test_a_password_in_a_servers_address_is_refused_and_not_repeated(host: str):
-    with pytest.raises(InputError, match="it must not contain a user or password|scheme is neither") as caught:
-        parse_host(host)
-    assert SECRET not in str(caught.value)
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "doctor"])

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.seeding import stream
@@ -239,23 +237,6 @@ def test_regions_and_scenes_without_room_and_bounds_with_too_many_cells_are_refu
         InputError, match=r"1,000 x 1,000 m, but at most 200 x 200 m.*Set world\.bounds=.*world\.scene\.exclude"
     ):
         Navigator(collider, BODY)
-
-
-@given(st.lists(st.tuples(*[st.floats(-2.5, 2.5)] * 2, *[st.floats(0.1, 1.5)] * 2), max_size=6), st.integers(0, 10**6))
-@settings(max_examples=8)
-@pytest.mark.slow
-def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, draw):
-    things = [box(f"/block_{i}", (x, y, 0), (x + w, y + d, 1)) for i, (x, y, w, d) in enumerate(blocks)]
-    nav = navigator(*things)
-    rng = stream(draw, "draw")
-    start, goal = nav.places[rng.integers(len(nav.places))], int(rng.integers(len(nav.places)))
-    field = nav.distance_field(np.array([goal]))
-    route = nav.path(start, field)
-    assert (route is None) == (nav.distance(start, field) == math.inf)
-    if route is not None:
-        assert route.length_m <= nav.distance(start, field) + 1e-6
-        assert route.length_m >= math.hypot(*(nav.places[goal] - start)[:2]) - 1e-6
-        assert follow(nav, route.points) == pytest.approx(nav.places[goal], abs=1e-3)
 
 
 def alcove(left: float, right: float) -> Collider:
