@@ -6,17 +6,13 @@ from typing import Any
 
 import pytest
 
-import commands
 import foundry
 import made_up_rounds as rounds
 import viewer_pages
-from foundry.storing.store import RunFolder, SweepFolder
+from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_rounds import STEPS, Playing
-from ollama_cases import Body
-from ollama_server import OllamaServer
-from viewer_pages import shown
 
 pytestmark = pytest.mark.browser
 
@@ -40,14 +36,6 @@ TONE = """name => {
   pen.fillRect(0, 0, 1, 1);
   return [...pen.getImageData(0, 0, 1, 1).data.slice(0, 3)].join();
 }"""
-PAINTED = """([canvas, tone]) => {
-  const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-  const is = (at) => [...data.slice(at, at + 3)].join() === tone && data[at + 3] === 255;
-  let found = 0;
-  for (let at = 0; at < data.length; at += 4) found += is(at);
-  return found;
-}"""
-"""How many pixels of a canvas have a colour."""
 SCORED = """() => {
   const {data, curves} = Foundry.page;
   const score = {value: 2.5, known: 'best 3', measure: 'own.score', label: 'Own score (points)', mean: 2, runs: 3};
@@ -188,17 +176,6 @@ def test_keys_lead_to_failures_and_messages_of_all_agents_or_of_one(page: Any, s
     assert page.text_content(".where") == f"step 7 of {STEPS}", "agent 0 is repaired at step 7 and fails nowhere"
 
 
-def test_messages_are_found(page: Any, served: ViewServer, bar: SweepFolder):
-    go(page, served, bar, "?step=2&agent=1", index=1)
-    page.keyboard.press("/")
-    page.fill("[aria-label='Search in messages']", "something ELSE")
-    page.keyboard.press("Enter")
-    page.locator(".search [role=status]", has_text="1 found").wait_for()
-    page.click(".found button")
-    assert page.text_content(".where") == f"step 6 of {STEPS}"
-    assert page.input_value("[aria-label=Agent]") == "1"
-
-
 def test_runs_side_by_side_show_where_they_part(page: Any, served: ViewServer, bar: SweepFolder):
     runs = "/".join(run.id for run in bar.runs())
     viewer_pages.go(page, served.url, f"compare/bar/{runs}")
@@ -229,60 +206,6 @@ def test_a_run_is_followed_while_it_is_written(page: Any, tmp_path: Path):
         page.goto("about:blank")
 
 
-def test_a_run_started_anew_is_shown_anew_though_its_beginning_could_not_be_read_at_first(page: Any, tmp_path: Path):
-    made = rounds.sweep(tmp_path / "again", models=("first",))
-    (run,) = made.runs()
-    playing = Playing(run)
-    playing.play(1, 4)
-    playing.writer.close()
-    with serving(made.path) as server:
-        viewer_pages.go(page, server.url, f"run/again/{run.id}?step=4")
-        page.wait_for_function(LOADED, arg=4)
-        page.evaluate(FAIL_ONCE)
-        again = Playing(run, rounds.otherwise)
-        again.play(1, 4)
-        page.wait_for_function("() => Foundry.asked === 1")
-        page.evaluate("() => Foundry.page.data.look()")
-        page.wait_for_function("() => Foundry.asked === 2 && Foundry.page.lanes.describe().includes('1 go late')")
-        page.goto("about:blank")
-        again.writer.close()
-
-
-FAIL_ONCE = """() => {
-  const {json} = Foundry.source;
-  Foundry.asked = 0;
-  Foundry.source.json = async (address) => {
-    if (address.endsWith('/about') && ++Foundry.asked === 1) throw new Error('the records are between two starts');
-    return json(address);
-  };
-}"""
-
-
-def test_many_agents_are_shown_a_page_of_lines_at_a_time(page: Any, tmp_path: Path):
-    made = rounds.sweep(tmp_path / "many", models=("first",), agents=60, steps=2)
-    rounds.whole_run(made.runs()[0])
-    with shown(page, made, f"run/many/{made.runs()[0].id}"):
-        page.click("summary >> text=decisions of step 1")
-        page.wait_for_selector(".lines tr[data-agent]")
-        assert page.locator(".lines tr[data-agent]").count() == 100
-        page.click("[aria-label='Next rows'] >> nth=0")
-        assert page.locator(".lines tr[data-agent]").count() == 80
-        assert "101 to 180 of 180" in page.text_content(".lines-box .pager")
-
-
-def test_the_numbers_of_a_single_step_can_be_seen(page: Any, tmp_path: Path):
-    made = rounds.sweep(tmp_path / "single", models=("first",), steps=1)
-    rounds.whole_run(made.runs()[0])
-    with shown(page, made, f"run/single/{made.runs()[0].id}"):
-        page.wait_for_function("() => Foundry.page.curves?.loaded === 1")
-        painted(page)
-        accent, first = page.evaluate(TONE, "accent"), page.evaluate("() => Foundry.page.curves.lines()[0].colour")
-        chart, curves = (page.evaluate_handle(f"() => Foundry.page.{one}") for one in ("lanes.chart", "curves.canvas"))
-        assert page.evaluate(PAINTED, [chart, accent]) >= 8
-        first = page.evaluate(TONE.replace("Foundry.dom.color(name)", "name"), first)
-        assert page.evaluate(PAINTED, [curves, first]) >= 6
-
-
 def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any, bar: SweepFolder, tmp_path: Path):
     with serving(bar.path) as server:
         go(page, server, bar, "?step=8")
@@ -292,32 +215,3 @@ def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any
         viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[0].id}?step=4")
         page.wait_for_selector("text=There is no picture after step 4")
         page.goto("about:blank")
-
-
-@pytest.fixture(scope="module")
-def named(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
-    """A run of the game of names, in which agents are asked twice in some steps and half of the replies say nothing."""
-
-    def half(body: Body) -> str:
-        return "no idea" if body["options"]["seed"] % 2 else '{"action": "bafu", "reasoning": "r"}'
-
-    folder = tmp_path_factory.mktemp("named")
-    naming = ("world=naming", "world.agents=4", "world.steps=8", "analyze=false", "runner.workers=1", "output.dir=out")
-    with OllamaServer(half) as server:
-        done = commands.foundry("model=qwen3:4b", *naming, cwd=folder, OLLAMA_HOST=server.url)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return SweepFolder.open(folder / "out").runs()[0]
-
-
-def test_of_two_calls_of_one_question_in_a_step_the_one_that_failed_is_open(named: RunFolder, page: Any):
-    replies: dict[tuple[int, int], list[str]] = {}
-    for call in named.calls():
-        replies.setdefault((call.step, call.agent), []).append(call.text)
-    (step, agent), texts = next(reply for reply in replies.items() if len(reply[1]) == 2 and len(set(reply[1])) == 2)
-    with serving(named.path.parent.parent) as server:
-        viewer_pages.go(page, server.url, f"run/out/{named.id}?step={step}&agent={agent}")
-        page.wait_for_selector(".inspector details.call")
-        calls = page.locator(".inspector details.call")
-        assert page.evaluate("() => Foundry.page.lanes.parts") > 1, "both decisions are in the cell of the step"
-        shown = [calls.nth(at).get_attribute("open") is not None for at in range(calls.count())]
-    assert shown == [text == "no idea" for text in texts]

@@ -2,13 +2,10 @@
 
 import pytest
 
-import viewer_pages
-from browser import browser_page
 from commands import foundry, succeeds
 from foundry.records import GridStep
 from foundry.storing.store import SweepFolder
 from foundry.viewer.grid.grid_view import AWAY, GridView
-from foundry.viewer.server import serving
 
 SMALL = ("world.half_size=4", "world.agents=5", "world.steps=12", "world.food.share=1", "world.energy.start=30")
 
@@ -58,15 +55,3 @@ def test_frames_tell_who_is_away_food_by_step_and_ways_from_birth(view: GridView
     early = tracks[born]["flags"].index(next(flags for flags in tracks[born]["flags"] if not flags & AWAY))
     assert early > 0 and set(tracks[born]["x"][:early]) == {tracks[born]["x"][early]}
     assert len(tracks[born]["x"]) == view.done + 1
-
-
-@pytest.mark.browser
-@pytest.mark.exhaustive
-def test_the_page_draws_who_is_there_and_tells_of_their_energy(sweep: SweepFolder):
-    run = sweep.runs()[0].id
-    with serving(sweep.path) as server, browser_page() as page:
-        viewer_pages.go(page, server.url, f"run/lives/{run}?step=3&agent=1")
-        page.wait_for_selector("dt:text-is('energy')")
-        page.wait_for_function(
-            "() => document.querySelector('canvas.grid').getAttribute('aria-label').startsWith('10 ')"
-        )

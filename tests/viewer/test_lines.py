@@ -35,15 +35,6 @@ def test_the_lines_of_a_range_of_steps_are_found_and_steps_without_any_skipped(t
     assert step_lines.read(1, 5) == b""
 
 
-def test_few_looks_find_where_steps_of_many_lines_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    looks, look = [], StepLines._step_at
-    monkeypatch.setattr(StepLines, "_step_at", lambda *asked: looks.append(asked) or look(*asked))
-    rows = [(step, agent) for step in range(1, 5) for agent in range(5000)]
-    step_lines = grown(tmp_path / "steps.jsonl", encoded(rows))
-    assert step_lines.read(3, 3) == encoded(rows[10_000:15_000])
-    assert len(looks) < 150
-
-
 def test_a_torn_line_is_not_seen_until_whole_and_a_run_started_anew_is_read_anew(tmp_path: Path):
     path, content = tmp_path / "steps.jsonl", encoded([(1, 0), (1, 1)])
     step_lines = grown(path, content[:-4])

@@ -1,6 +1,5 @@
 """The page in a real browser; its console must stay free of errors, which `browser_page` checks."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,8 +8,7 @@ import viewer_pages
 from browser import browser_page
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer
-from made_up_runs import STEPS, sweep, whole_run
-from viewer_pages import shown
+from made_up_runs import STEPS
 
 pytestmark = pytest.mark.browser
 
@@ -48,26 +46,6 @@ def test_the_overview_lists_sorts_and_filters_the_runs(page: Any, server: ViewSe
     assert rows.count() == 1
     assert "the server is gone <b>for good</b>" in page.text_content(".failures")
     assert page.locator(".reports a").get_attribute("href") == "files/made-up/report.html"
-
-
-def test_the_head_stays_above_the_rows_and_the_next_page_is_read_from_its_top(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "many", models=("first",), seeds=range(130))
-    with shown(page, made, "sweep/many"):
-        page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 100")
-        page.eval_on_selector("[aria-label=Runs]", "box => { box.scrollTop = box.scrollHeight; }")
-        assert page.evaluate(ABOVE_THE_HEAD) == 0
-        page.click("[aria-label='Next page']")
-        page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 30")
-        assert page.eval_on_selector("[aria-label=Runs]", "box => box.scrollTop") == 0
-        assert page.locator("tbody tr[data-run]").first.get_attribute("data-run") == made.runs()[100].id
-        page.go_back()
-        page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 100")
-
-
-ABOVE_THE_HEAD = """() => {
-  const box = document.querySelector("[aria-label=Runs]"), head = box.querySelector("th");
-  return Math.round(head.getBoundingClientRect().top - box.getBoundingClientRect().top - box.clientTop);
-}"""
 
 
 def test_a_run_is_played_paused_stepped_and_scrubbed(page: Any, server: ViewServer, made_up: SweepFolder):
@@ -151,49 +129,6 @@ def test_texts_of_a_model_are_shown_and_never_run(page: Any, server: ViewServer,
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "no text widens the page"
 
 
-def test_who_perceives_a_fire_and_speaks_has_both_rings(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "rings", models=("first",), seeds=(0,))
-    whole_run(
-        made.runs()[0], change=lambda number, agent: {"fires": ("fire1",), "message": "fire!"} if agent == 1 else {}
-    )
-    with shown(page, made, f"run/rings/{made.runs()[0].id}?step=2"):
-        page.wait_for_function("() => Foundry.page.grid.spots")
-        assert page.evaluate(TONES_BESIDE, [1, ["fire", "talk"]]) == [True, True]
-        assert page.evaluate(TONES_BESIDE, [3, ["fire", "talk"]]) == [False, False]
-
-
-TONES_BESIDE = """([agent, names]) => {
-  const {grid} = Foundry.page, [x, y] = grid.spots[agent], scale = devicePixelRatio;
-  const pen = grid.canvas.getContext('2d'), seen = new Set();
-  for (let away = 0; away < 24; away += 0.5) {
-    seen.add(pen.getImageData((x + away) * scale, y * scale, 1, 1).data.slice(0, 3).join());
-  }
-  const probe = document.createElement('canvas').getContext('2d');
-  return names.map((name) => {
-    probe.fillStyle = Foundry.dom.color(name);
-    probe.fillRect(0, 0, 1, 1);
-    return seen.has(probe.getImageData(0, 0, 1, 1).data.slice(0, 3).join());
-  });
-}"""
-
-
-def test_the_keyboard_keeps_its_place(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server, "")
-    page.focus("[data-sort=undecided]")
-    page.keyboard.press("Enter")
-    assert page.evaluate("() => document.activeElement.dataset.sort") == "undecided"
-    go(page, server, run_address(made_up))
-    page.focus(".scrub")
-    page.wait_for_function("() => Foundry.page.data.marked === 6")
-    for key, step in [("ArrowRight", "step 2"), ("x", "step 3"), ("End", f"after step {STEPS}"), ("Home", "step 1")]:
-        page.keyboard.press(key)
-        assert where(page) == f"{step} of {STEPS}", key
-    page.focus(".skip")
-    page.keyboard.press("Enter")
-    assert page.evaluate("() => document.activeElement.id") == "main"
-    assert where(page) == f"step 1 of {STEPS}", "the page is still that of the run"
-
-
 def test_what_is_not_there_is_said_on_the_page_and_of_compared_runs_which(server: ViewServer, made_up: SweepFolder):
     with browser_page(allowed_errors=("404",)) as page:
         go(page, server, "")
@@ -241,51 +176,3 @@ def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, mad
     page.keyboard.press("x")
     assert where(page) == f"step 4 of {STEPS}"
     page.wait_for_selector(".happening >> text=not analysed: foundry analyze")
-
-
-LONG = 120_000
-PARTS = ("smoke and fire ", "x\u00e9", "go\n", "=== WHAT IS NEAR ===\nNobody.\n", '[{"a": [')
-"""Words, one endless word, lines, headings, brackets."""
-MADE = """() => {
-  const nodes = document.createTreeWalker(document.getElementById('main'), NodeFilter.SHOW_ALL);
-  let count = 0, signs = 0, longest = 0;
-  for (; nodes.nextNode(); count += 1) {
-    if (nodes.currentNode.nodeType !== Node.TEXT_NODE) continue;
-    signs += nodes.currentNode.data.length;
-    longest = Math.max(longest, ...nodes.currentNode.data.split(/\\s/, 1000).map((word) => word.length));
-  }
-  return {count, signs, longest};
-}"""
-
-
-def made_of(folder: Path, size: int) -> SweepFolder:
-    """Write two models whose prompts and replies are so long, and messages and memories a tenth of it."""
-    text = "".join(part * (size // len(part) // len(PARTS)) for part in PARTS)
-    made = sweep(folder / f"long{size}", seeds=(0,), agents=3, steps=2)
-    for number, run in enumerate(made.runs()):
-        said = text[: size // 10]
-        whole_run(run, lambda step, agent, said=said: {"message": said, "memory": said}, f"{number}{text}", f" {text}")
-    return made
-
-
-def opened(page: Any, made: SweepFolder, address: str) -> dict[str, float]:
-    """Open a page and every text on it; return nodes, signs and the longest word without a place to break it."""
-    with shown(page, made, f"{address}?step=2&agent=1"):
-        page.wait_for_selector("details[data-kind=action], [data-text]")
-        page.evaluate("() => document.querySelectorAll('details.call > summary').forEach((one) => one.click())")
-        page.wait_for_selector(".quote", state="attached")
-        found: dict[str, float] = page.evaluate(MADE)
-    return found
-
-
-@pytest.mark.parametrize("what", ["run", "compare"])
-def test_what_a_page_makes_of_a_text_grows_as_the_text_does(page: Any, tmp_path: Path, what: str):
-    found = []
-    for size in (LONG // 4, LONG):
-        made = made_of(tmp_path, size)
-        runs = [run.id for run in made.runs()]
-        found.append(opened(page, made, "/".join([what, made.path.name, *runs[: 1 if what == "run" else 2]])))
-    small, large = found
-    assert large["signs"] > 4 * LONG, "prompts and replies of two questions"
-    assert large["count"] <= 4.2 * small["count"]
-    assert large["longest"] == 256, "finding the breaks of one long part takes seconds"

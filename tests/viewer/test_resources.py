@@ -112,18 +112,6 @@ def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_e
     assert head["counts"] == {"complete": 3, "failed": 1} and head["runs"] == 4
 
 
-def test_of_many_runs_the_twelve_looked_at_last_are_kept_open(tmp_path: Path):
-    made = sweep(tmp_path / "many", models=("first",), seeds=range(14))
-    ids, opened = [run.id for run in made.runs()], Resources(made.path)
-    first = {run: opened.view("many", run) for run in ids[:12]}
-    assert opened.view("many", ids[0]) is first[ids[0]]
-    for run in ids[12:]:
-        opened.view("many", run)
-    assert {run for run in ids[3:12] + ids[:1] if opened.view("many", run) is first[run]} == {ids[0], *ids[3:12]}
-    assert all(opened.view("many", run) is not first[run] for run in ids[1:3])
-    opened.close()
-
-
 def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(tmp_path: Path):
     made = sweep(tmp_path / "found")
     runs, opened = [run.id for run in made.runs()], Resources(made.path)
@@ -285,19 +273,3 @@ def test_a_run_that_was_started_anew_is_shown_anew(tmp_path: Path):
     opened.close()
     assert seen == [(4, 4, 4, "message: as it was"), (2, 2, 2, "message: anew")]
     assert len(beginnings) == 2
-
-
-def test_a_sweep_is_looked_up_while_no_other_thread_can_add_one(made_up):
-    resources, run = Resources(made_up.path), made_up.runs()[0].id
-    look_up, held = resources.catalog.sweep, []
-
-    def sweep(name: str):
-        held.append(resources._lock._is_owned())  # type: ignore[attr-defined]
-        return look_up(name)
-
-    resources.catalog.sweep = sweep  # type: ignore[method-assign]
-    resources.get("sweeps")
-    for what in ("progress", "about", "analysis"):
-        resources.get(f"run/made-up/{run}/{what}")
-    resources.close()
-    assert held and all(held)

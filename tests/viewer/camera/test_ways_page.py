@@ -1,6 +1,5 @@
 """What 3D runs saw in one row, their ways in one plan, where the target was, what was told and asked."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,40 +11,9 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import serving
 from labelled_rooms import TINY, write_rooms
-from made_up_camera import sweep, whole
 from viewer_pages import go
 
 pytestmark = pytest.mark.browser
-
-
-PLACES = "() => [...document.querySelectorAll('.pictures .seen')].map((one) => one.getBoundingClientRect().toJSON())"
-
-
-def test_twelve_pictures_stand_in_one_row_of_which_a_click_makes_one_large(page: Any, tmp_path: Path):
-    runs = sweep(tmp_path / "hall", [f"model {number}" for number in range(12)]).runs()
-    for folder in runs:
-        whole(folder)
-    with serving(tmp_path / "hall") as server:
-        go(page, server.url, f"compare/hall/{'/'.join(folder.id for folder in runs)}")
-        page.wait_for_function("() => [...document.querySelectorAll('.seen')].every((one) => one.naturalWidth === 8)")
-        page.keyboard.press("ArrowRight")
-        page.wait_for_function(
-            "() => [...document.querySelectorAll('.seen')].every((one) => one.src.endsWith('2.png'))"
-        )
-        assert page.text_content("h1") == "12 runs side by side"
-        places = page.evaluate(PLACES)
-        assert len(places) == 12 and {place["top"] for place in places} == {places[0]["top"]}
-        assert all(place["width"] > 80 and place["right"] <= 1280 for place in places)
-        large = page.get_by_role("button", name="Large picture: model 3 ")
-        large.click()
-        assert large.get_attribute("aria-pressed") == "true"
-        places = page.evaluate(PLACES)
-        assert [place["width"] > 600 for place in places] == [number == 3 for number in range(12)]
-        large.click()
-        page.set_viewport_size({"width": 400, "height": 800})
-        assert all(place["width"] > 140 for place in page.evaluate(PLACES))
-        assert page.evaluate("() => document.querySelector('.pictures').scrollWidth > 1000")
-        assert page.evaluate("() => document.documentElement.scrollWidth <= 400")
 
 
 INKED = """(place) => {
@@ -67,20 +35,6 @@ def test_walls_target_and_every_way_are_where_they_are(page: Any, rooms: SweepFo
     assert not page.evaluate(INKED, [3, 0.4])
     across, up, origin = page.evaluate("() => [[1, 0], [0, 1], [0, 0]].map(Foundry.page.overlay.at)")
     assert across[0] > origin[0] and up[1] < origin[1]
-
-
-def test_the_way_and_the_target_of_a_run_that_begins_later_are_taken_up(page: Any, rooms: SweepFolder, tmp_path: Path):
-    folder = Path(shutil.copytree(rooms.path, tmp_path / "sweep"))
-    first, second = SweepFolder.open(folder).runs()
-    second.path.rename(tmp_path / "later")
-    with serving(folder) as server:
-        go(page, server.url, f"compare/sweep/{first.id}/{second.id}")
-        page.wait_for_function("() => Foundry.page.overlay.targets[0] && !Foundry.page.overlay.targets[1]")
-        assert "no record" in page.text_content(".runs-legend li:nth-child(2)")
-        (tmp_path / "later").rename(second.path)
-        page.wait_for_function("() => Foundry.page.overlay.targets[1]")
-        page.keyboard.press("Home")
-        page.wait_for_selector(".runs-legend li:nth-child(2) >> text=/x 2 m, y 2 m, no line of sight to green box/")
 
 
 GREEN = "([red, green, blue]) => green > 200 && red < 120 && blue < 200"

@@ -222,56 +222,6 @@ WORK = """() => {
 }"""
 
 
-def test_names_on_the_map_give_way_to_one_another(page: Any, tmp_path: Path):
-    places = [
-        {"name": f"place{number}", "type": "cafe", "center": [x, 0], "extent": [0, 0], "capacity": 1}
-        for number, x in enumerate((-1, 0, 1, 2, 3))
-    ]
-    fires = [{"name": "fire1", "start": 1, "position": [0, 1], "intensity": 0.8, "radius": 2}]
-    made = sweep(tmp_path / "names", models=("first",), seeds=(0,), places=places, fires=fires, half_size=40)
-    whole_run(made.runs()[0], lambda number, agent: {"place": None})
-    with shown(page, made, f"run/names/{made.runs()[0].id}"):
-        page.wait_for_function("() => Foundry.page.grid.spots")
-        boxes = page.evaluate(NAMED)
-        assert 2 <= len(boxes) < 6
-        middle = page.evaluate("() => Foundry.page.grid.spots[1]")
-        assert not any(left < middle[0] < right and y - 12 < middle[1] < y + 3 for left, right, y in boxes)
-        for number, (left, right, y) in enumerate(boxes):
-            assert all(right < a or left > b or abs(y - other) > 12 for a, b, other in boxes[:number])
-
-
-NAMED = """() => {
-  const {grid} = Foundry.page, pen = grid.canvas.getContext('2d'), found = [];
-  pen.fillText = (text, x, y) => found.push([x, x + pen.measureText(text).width, y]);
-  grid.drawLabels(pen);
-  delete pen.fillText;
-  return found;
-}"""
-
-
-def test_the_number_of_an_agent_in_a_crowd_is_shown_under_the_pointer(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "crowd", models=("first",), seeds=(0,), agents=500, steps=1, half_size=12)
-    whole_run(made.runs()[0], lambda number, agent: {"x": agent % 5, "y": agent // 100, "neighbours": ()})
-    with shown(page, made, f"run/crowd/{made.runs()[0].id}"):
-        page.wait_for_function("() => Foundry.page.grid.spots")
-        assert page.evaluate(WRITTEN) == []
-        page.evaluate("() => Foundry.page.grid.hover(...Foundry.page.grid.spots[7])")
-        assert len(page.evaluate(WRITTEN)) == 1
-        page.set_viewport_size({"width": 320, "height": 640})
-        page.wait_for_function(WHOLE)
-
-
-WHOLE = "() => { const {grid} = Foundry.page; return grid.width < 320 && grid.width - grid.toX(12) > 15.9; }"
-"""The map is small, and the agents at its edge and their rings are within it."""
-WRITTEN = """() => {
-  const {grid} = Foundry.page, pen = grid.canvas.getContext('2d'), found = [];
-  pen.fillText = (text, x, y) => found.push([Math.round(x), Math.round(y)]);
-  grid.drawNumbers(pen, grid.spots);
-  delete pen.fillText;
-  return found;
-}"""
-
-
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
     """Two runs of a world that draws its places and fires for each seed."""

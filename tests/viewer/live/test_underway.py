@@ -1,7 +1,6 @@
 """What a sweep is doing just now, and how much of it is read for that."""
 
 import json
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,6 @@ import pytest
 
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.viewer import catalog
-from foundry.viewer import underway as looked
 from foundry.viewer.catalog import Catalog, CatalogedSweep
 from foundry.viewer.underway import underway
 from made_up_runs import Playing, sweep, whole_run
@@ -85,38 +83,3 @@ def test_a_run_that_begins_fails_and_is_played_again_is_seen_so_at_the_next_look
         underway(cataloged_sweep)["counts"] == {"complete": 2, "waiting": 1}
         and not underway(cataloged_sweep)["failures"]
     )
-
-
-def test_a_look_reads_the_reports_once_and_no_end_of_a_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    made = sweep(tmp_path / "read", models=("first",), seeds=(0, 1, 2))
-    whole_run(made.runs()[0])
-    Playing(made.runs()[1]).end("the server is gone")
-    made.start_progress()
-    report(made)
-    read = Counter[str]()
-    for owner, name in ((SweepFolder, "progress"), (RunFolder, "summary")):
-        monkeypatch.setattr(owner, name, counted(read, name, getattr(owner, name)))
-    cataloged_sweep = shown(made)
-    for _ in range(3):
-        assert underway(cataloged_sweep)["counts"] == {"complete": 1, "failed": 1, "waiting": 1}
-    assert read == {"progress": 3, "summary": 2}
-
-
-def counted(read: Counter[str], name: str, method: Any) -> Any:
-    def counting(self: Any) -> Any:
-        read[name] += 1
-        return method(self)
-
-    return counting
-
-
-def test_of_very_many_causes_the_most_frequent_are_told_and_all_are_counted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(looked, "CAUSES", 1)
-    made = sweep(tmp_path / "causes", models=("first",), seeds=(0, 1, 2))
-    for run, cause in zip(made.runs(), ("rare", "frequent", "frequent"), strict=True):
-        Playing(run).end(cause)
-    found = underway(shown(made))
-    assert [(one["error"], one["count"]) for one in found["failures"]] == [("frequent", 2)]
-    assert found["causes"] == 2

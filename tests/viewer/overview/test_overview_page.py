@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-from browser import browser_page
 from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
-from made_up_runs import Playing, sweep, whole_run
+from made_up_runs import sweep, whole_run
 from viewer_pages import SHOWN, go, shown
 
 pytestmark = pytest.mark.browser
@@ -99,21 +98,6 @@ def wait_rows(page: Any, count: int) -> None:
     page.wait_for_function("count => document.querySelectorAll('tbody tr[data-run]').length === count", arg=count)
 
 
-def test_a_long_cause_of_a_failure_leaves_room_for_measures(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "failed")
-    first, *others = made.runs()
-    Playing(first).end("the server at http://127.0.0.1:11434 refused the call: " + 9 * "check the context, ")
-    for run in others:
-        whole_run(run)
-    write_tables(made)
-    with serving(made.path) as running:
-        go(page, running.url, "")
-        page.wait_for_selector("td .cause")
-        assert page.locator("td .cause").get_attribute("title").count("check the context") == 9
-        head = page.locator("table.runs:not(.matrix *) thead th", has_text="status").bounding_box()
-    assert head["width"] < 280
-
-
 def rows(page: Any) -> list[str]:
     texts: list[str] = page.eval_on_selector_all("tbody tr[data-run]", "all => all.map((one) => one.dataset.run)")
     return texts
@@ -172,28 +156,3 @@ def test_what_one_page_is_about_to_remember_is_no_part_of_the_next(page: Any, se
     page.evaluate("() => Foundry.remember({agent: 1})")
     page.wait_for_function("() => location.hash.includes('agent=1')")
     assert "camera" not in page.url
-
-
-ELSEWHERE_UNHEARD = """() => {
-  Foundry.remember({step: 1});
-  history.replaceState(null, '', location.hash.replace('step=2', 'step=3'));
-}"""
-GO_ELSEWHERE = """() => new Promise((gone) => {
-  addEventListener('hashchange', gone, {once: true});
-  Foundry.source.json = () => new Promise(() => null);
-  Foundry.remember({step: 1});
-  location.hash = location.hash.replace('step=2', 'step=3');
-})"""
-
-
-@pytest.mark.parametrize("elsewhere", [GO_ELSEWHERE, ELSEWHERE_UNHEARD], ids=["heard", "unheard"])
-def test_who_goes_to_another_step_is_not_led_back_by_what_was_looked_at_last_or_is_remembered_late(
-    server: ViewServer, made_up: SweepFolder, elsewhere: str
-):
-    with browser_page() as page:
-        go(page, server.url, f"run/made-up/{made_up.runs()[0].id}?step=2")
-        page.wait_for_function("() => Foundry.page?.clock?.step === 2")
-        page.clock.install()
-        page.evaluate(elsewhere)
-        page.clock.run_for(1000)
-        assert page.url.endswith("step=3")

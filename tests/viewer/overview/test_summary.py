@@ -125,13 +125,6 @@ def test_both_files_say_the_same_in_the_order_of_the_runs(table: SignatureTable)
     ]
 
 
-def test_a_column_of_the_parquet_file_is_read_without_the_others(table: SignatureTable):
-    head = table.file.read_bytes().splitlines()[0]
-    table.file.write_bytes(head)
-    os.utime(table.file, ns=(0, 0))
-    assert table.numbers("share", RUNS) == [None, 0.001, 0.1, None]
-
-
 def test_a_csv_file_that_was_written_later_is_read(table: SignatureTable):
     assert table.numbers("share", ["a"]) == [None]
     table.file.write_text("run,share\na,0.5\nb\n", encoding="utf-8")
