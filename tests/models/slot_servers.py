@@ -1,22 +1,15 @@
 """Servers of models in a time that only their events move on: slots, batches, queues, limits on the calls a second."""
 
-import asyncio
 import heapq
 import itertools
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
 
-import msgspec
 import numpy as np
 
-from foundry.models.http.transport import Response
-from foundry.models.ollama.ollama_model import OllamaModel
-from foundry.models.serving import InFlight
 from foundry.models.wrappers.climbing import Climb, Sums
-from foundry.models.wrappers.limited import Limit
 
 PACE = 2
 """Calls that wait for the limit and may follow one answer; those that come while there is room go at once."""
@@ -135,47 +128,3 @@ class Timed:
         queue = call[3] if self.tells_queue else None
         self.sums.note(100 * call[1] if self.tells_tokens else 1, self.now - call[0], queue)
         return "end"
-
-
-class Unhurried:
-    """Hands real servers' replies to a model when servers of slots would, once all in flight have theirs."""
-
-    SETTLED = 20
-    """Turns of the event loop after which nobody has anything to do but to wait."""
-
-    def __init__(
-        self, model: OllamaModel, bounds: InFlight, *, slots: int, work: Callable[[int], float] = lambda seed: 1.0
-    ) -> None:
-        self.now, self.most = 0.0, 0
-        self.limit = Limit(bounds, clock=lambda: self.now)
-        self._slots, self._work = slots, work
-        self._send, model._transport.send = model._transport.send, self.send  # type: ignore[method-assign]
-        self._free: dict[str, list[float]] = {}
-        self._numbers = itertools.count()
-        self._due: list[tuple[float, int, asyncio.Future[None]]] = []
-        self._moving: asyncio.Task[None] | None = None
-
-    async def send(self, origin: Any, method: str, path: str, *, content: bytes, **named: Any) -> Response:
-        """Send one call, and return its reply once it is due, with the times that go with that."""
-        self.most = max(self.most, self.limit.in_flight)
-        asked, number, free = self.now, next(self._numbers), self._free.setdefault(origin.host, [0.0] * self._slots)
-        work = self._work(msgspec.json.decode(content)["options"]["seed"])
-        due = max(asked, heapq.heappop(free)) + work
-        heapq.heappush(free, due)
-        response = await self._send(origin, method, path, content=content, **named)
-        turn = asyncio.get_running_loop().create_future()
-        heapq.heappush(self._due, (due, number, turn))
-        if self._moving is None or self._moving.done():
-            self._moving = asyncio.create_task(self._move_on())
-        await turn
-        told = {"total_duration": int((due - asked) * 1e9), "eval_duration": int(work * 1e9)}
-        return replace(response, content=msgspec.json.encode({**msgspec.json.decode(response.content), **told}))
-
-    async def _move_on(self) -> None:
-        while True:
-            for _ in range(self.SETTLED):
-                await asyncio.sleep(0)
-            if not self._due or len(self._due) < self.limit.in_flight:
-                return
-            self.now, _, turn = heapq.heappop(self._due)
-            turn.set_result(None)

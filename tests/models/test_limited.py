@@ -8,10 +8,7 @@ from foundry.models.base import Model, Reply
 from foundry.models.serving import InFlight, Retry
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
-from models.asking import Scripted, make_model, make_request, run
-from models.slot_servers import Unhurried
-from ollama_cases import ChatCase, grid_answer
-from ollama_server import OllamaServer
+from models.asking import Scripted, make_request
 
 BUSY = TransientError("full", busy=True)
 LATE = TransientError("no reply", late=True)
@@ -173,16 +170,3 @@ def test_where_the_limit_rises_calls_come_two_by_two_and_not_in_a_burst():
         return came, model.inner.came
 
     assert asyncio.run(whole()) == ([2, 4, 6, 8, 10, 11, 11, 11, 11, 11, 11], list(range(11)))
-
-
-def test_a_real_server_with_four_slots_gets_a_few_calls_more_than_that():
-    def answer(body):
-        return ChatCase(text=grid_answer(body), output_tokens=100)
-
-    with OllamaServer(answer) as server:
-        model = make_model(server.url)
-        served = Unhurried(model, InFlight(min=1, max=64, initial=8), slots=4)
-        limited = LimitedModel(model, served.limit)
-        run(limited, lambda m: m.ask_all([make_request(seed=seed) for seed in range(200)]))
-    assert 3 <= served.limit.allowed <= 12
-    assert served.most <= 32

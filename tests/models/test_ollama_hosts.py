@@ -1,6 +1,5 @@
-import asyncio
 import heapq
-from collections import Counter
+from collections import Counter, defaultdict
 from contextlib import AbstractContextManager
 
 import pytest
@@ -10,11 +9,7 @@ from hypothesis import strategies as st
 from foundry.errors import InputError, RequestError, TransientError
 from foundry.models.http.hosts import HostPool
 from foundry.models.ollama.ollama_server import parse_host, parse_hosts
-from foundry.models.serving import RUN, InFlight
-from foundry.models.wrappers.limited import LimitedModel
-from models.asking import make_model, make_request, run
-from models.slot_servers import Unhurried
-from ollama_server import OllamaServer
+from foundry.models.serving import RUN
 
 
 @pytest.mark.parametrize(
@@ -104,41 +99,22 @@ def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equa
     pool, now = HostPool(("a", "b")), 0.0
     free_at = {host: [0.0] * number for host, number in zip("ab", slots, strict=True)}
     under_way: list[tuple[float, int, str, AbstractContextManager[str]]] = []
-    in_flight = Counter[str]()
+    in_flight, of_runs = Counter[str](), defaultdict[str, Counter[str]](Counter)
     for number in range(1500):
         if len(under_way) == sum(slots):
             now, _, _, ended = heapq.heappop(under_way)
             ended.__exit__(None, None, None)
-        of_run(f"run {number % runs}")
+        of_run(name := f"run {number * 3 // 2 % runs}")
         call = pool.least_loaded()
         host = call.__enter__()
         ends = max(now, heapq.heappop(free_at[host])) + 1
         heapq.heappush(free_at[host], ends)
         heapq.heappush(under_way, (ends, number, host, call))
+        of_runs[name][host] += 1
         in_flight.update(host for _, _, host, _ in under_way if number >= 500)
     assert in_flight["b"] / in_flight["a"] == pytest.approx(times, rel=0.1)
-
-
-def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike():
-    hosts_of = {f"run {number}": Counter[str]() for number in range(8)}
-
-    async def ask_as(name, model):
-        RUN.set(name)
-        for step in range(8):
-            requests = [make_request(name, seed=int(name[4:]) + 10 * step + 3 * agent) for agent in range(4)]
-            hosts_of[name].update(reply.host for reply in await model.ask_all(requests))
-
-    def ask_all(model):
-        bounds, unequal = InFlight(min=16, max=16, initial=16), lambda seed: 1 + 3 * (seed * 0.618 % 1)
-        limited = LimitedModel(model, Unhurried(model, bounds, slots=16, work=unequal).limit)
-        return asyncio.gather(*(ask_as(name, limited) for name in hosts_of))
-
-    with OllamaServer() as first, OllamaServer() as second:
-        run(make_model([first.url, second.url]), ask_all)
-        assert 0.4 < first.counts.chats / (first.counts.chats + second.counts.chats) < 0.6
-    mostly = {name: hosts.most_common(1)[0] for name, hosts in hosts_of.items()}
-    assert sum(calls for _, calls in mostly.values()) > 0.75 * 8 * 32
-    assert {host for host, _ in mostly.values()} == {first.url, second.url}
+    mostly = sum(max(hosts.values()) for hosts in of_runs.values())
+    assert runs == 1 or mostly > 0.7 * 1500, "most calls of a run go to one server"
 
 
 def test_a_refused_request_says_nothing_against_its_host():

@@ -2,7 +2,6 @@
 
 import io
 import itertools
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -215,21 +214,6 @@ def _calls_of(folder: SweepFolder) -> int:
     return sum(counts["calls"] for report in folder.progress().values() for counts in report["counts"].values())
 
 
-def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sweep, tmp_path, monkeypatch):
-    folder = SweepFolder.create(tmp_path / "ending", sweep, {}, [])
-    folder.start_progress()
-    listed = os.scandir
-
-    def just_removed(path):
-        monkeypatch.setattr(os, "scandir", listed)
-        folder.end_progress()
-        return listed(path)
-
-    monkeypatch.setattr(os, "scandir", just_removed)
-    assert folder.progress() == {}
-    assert not (folder.path / "progress").exists()
-
-
 def test_a_command_that_begins_or_ends_leaves_another_at_work_on_the_same_sweep(sweep: Sweep, tmp_path: Path):
     folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
     jobs = [SweepJob(folder, {}, "", 0) for _ in range(2)]
@@ -260,23 +244,6 @@ def test_a_command_that_ends_before_another_has_reported_leaves_it_at_work(sweep
     assert folder.stop_asked("old") and list(folder.progress()) == ["new-0-0"]
     folder.end_progress("new")
     assert not (folder.path / "progress").exists()
-
-
-def test_a_command_begins_though_another_removes_the_folder_of_reports_meanwhile(
-    sweep: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
-    folder.start_progress("old")
-    touched = Path.touch
-
-    def just_removed(path: Path) -> None:
-        monkeypatch.setattr(Path, "touch", touched)
-        folder.end_progress("old")
-        touched(path)
-
-    monkeypatch.setattr(Path, "touch", just_removed)
-    folder.start_progress("new")
-    assert (folder.stop_asked("old"), folder.stop_asked("new")) == (True, False)
 
 
 def table_of(folder: SweepFolder) -> Table:

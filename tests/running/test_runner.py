@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
 import signal
 import socket
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -23,10 +22,9 @@ from foundry.running.cores import share_cores, threads_of
 from foundry.running.dask import DaskRunner, Site, check_cache, check_folder, connected
 from foundry.running.lane import Lane, LaneSpec
 from foundry.running.lane_process import LaneProcess, WorkerDied
-from foundry.running.local import PlayPhase, Runner, SweepJob
 from foundry.running.remote import RemoteSweep
 from foundry.storing.standing import failures
-from foundry.storing.store import RunFolder, SweepFolder
+from foundry.storing.store import SweepFolder
 from lane_works import echoing, failing, waiting
 from ollama_server import OllamaServer
 from policies import DOOMED, write_fate
@@ -76,22 +74,6 @@ def test_runs_that_were_open_when_a_worker_died_are_played_again_one_at_a_time(w
         spec = LaneSpec("0-0", "0", folder, (), check(sweep), cache="answers.sqlite", suspects=suspects, open_runs=3)
         assert Lane(spec).run() is None
     assert statuses(folder.path) == ["complete"] * 3 and set(opened) == {1}
-
-
-def test_the_runs_that_may_take_the_most_calls_begin_first_and_equal_ones_in_their_order(tmp_path: Path):
-    begun: list[RunFolder] = []
-
-    class Noting(Runner):
-        @contextlib.contextmanager
-        def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
-            yield lambda runs, number: begun.extend(runs)
-
-    sweep = declared("model=scripted/stay", "world.steps=3,9,6", "world.agents=2,6", "seed=0-1")
-    folder = SweepFolder.create(tmp_path / "out", sweep, {}, [])
-    Noting(1).run(SweepJob(folder, {}, "", 0))
-    shapes = {run.id: run.config()["world"] for run in folder.runs()}
-    most = sorted(folder.runs(), key=lambda run: -shapes[run.id]["steps"] * shapes[run.id]["agents"])
-    assert [run.id for run in begun] == [run.id for run in most]
 
 
 def test_an_error_of_a_worker_comes_back_as_itself():

@@ -26,7 +26,6 @@ from ollama_cases import (
     Counts,
     FakeModel,
     body_key,
-    busy,
     chat_reply,
     default_models,
     grid_answer,
@@ -56,7 +55,6 @@ class OllamaServer(LocalServer):
         models: list[FakeModel] | None = None,
         latency_s: float = 0.0,
         holds_loads: bool = False,
-        max_queue: int = 512,
         version: str = "0.32.15",
         on_chat: OnChat | None = None,
         keep_bodies: bool = True,
@@ -69,7 +67,6 @@ class OllamaServer(LocalServer):
         self.offline = False
         self.latency_s = latency_s
         self.holds_loads = holds_loads
-        self.max_queue = max_queue
         self.version = version
         self.on_chat = on_chat
         self.counts = Counts()
@@ -79,7 +76,6 @@ class OllamaServer(LocalServer):
         self.headers: list[dict[str, str]] = []
         self.answered: Counter[bytes] = Counter()
         self._loaded: dict[str, tuple[Any, ...]] = {}
-        self._waiting_for_load = 0
         self._loading = asyncio.Lock()
         self._let_go = asyncio.Event()
         self._freed = asyncio.Event()
@@ -183,8 +179,8 @@ class OllamaServer(LocalServer):
         if reason == "unload":
             self.counts.unloads += 1
             self._loaded.pop(model.name, None)
-        elif not await self._ensure_loaded(body, model):
-            return json_response({"error": busy().error}, status=503)
+        else:
+            await self._ensure_loaded(body, model)
         empty = {"role": "assistant", "content": ""}
         return json_response({"model": body["model"], "message": empty, "done": True, "done_reason": reason})
 
@@ -215,32 +211,22 @@ class OllamaServer(LocalServer):
         if case.status != 200:
             await asyncio.sleep(case.delay_s)
             return case
-        if not await self._ensure_loaded(body, model):
-            return busy()
+        await self._ensure_loaded(body, model)
         if case.held:
             await self._freed.wait()
         await asyncio.sleep(self.latency_s + case.delay_s)
         overflow = overflow_of(body) if case.prompt_tokens is None else None
         return overflow or case
 
-    async def _ensure_loaded(self, body: Body, model: FakeModel) -> bool:
-        """Load the model unless it is, with the same options; returns False when the queue is full."""
+    async def _ensure_loaded(self, body: Body, model: FakeModel) -> None:
+        """Load the model unless it is, with the same options."""
         key = load_key(body)
-        if self._loaded.get(model.name) == key:
-            return True
-        if self._waiting_for_load >= self.max_queue:
-            return False
-        self._waiting_for_load += 1
-        try:
-            async with self._loading:
-                if self._loaded.get(model.name) != key:
-                    if self.holds_loads:
-                        await self._freed.wait()
-                    self._loaded[model.name] = key
-                    self.counts.loads += 1
-        finally:
-            self._waiting_for_load -= 1
-        return True
+        async with self._loading:
+            if self._loaded.get(model.name) != key:
+                if self.holds_loads:
+                    await self._freed.wait()
+                self._loaded[model.name] = key
+                self.counts.loads += 1
 
 
 def main() -> None:

@@ -211,16 +211,6 @@ def test_a_sweep_that_is_stopped_meanwhile_ends_in_order_and_resume_measures(tmp
         assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
 
 
-@pytest.mark.exhaustive
-def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_itself(tmp_path: Path):
-    heat = "model.options.temperature=0.1,0.9"
-    with OllamaServer() as server:
-        done = swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", heat, "seed=0")
-        assert (server.counts.loads, server.counts.unloads) == (4, 3)
-    assert [repeats.model for repeats in measured(tmp_path)] == ["llama3.2", "llama3.2", "qwen3:4b", "qwen3:4b"]
-    assert "llama3.2 (options.temperature=0.9): same text in 4 of 4 calls" in done.stdout
-
-
 @pytest.mark.slow
 def test_a_model_in_worlds_with_schemas_of_their_own_is_loaded_once_and_measured_over_all_of_them(tmp_path: Path):
     with OllamaServer() as server:

@@ -101,20 +101,6 @@ def test_agents_are_lanes_coloured_by_action_and_a_cell_leads_to_its_decision(
     assert "You are guest 3 on evening 5." in page.locator("details[data-kind=go] .prompt").text_content()
 
 
-def test_numbers_are_one_hue_over_the_declared_range_pale_where_they_are_low(
-    page: Any, served: ViewServer, bar: SweepFolder
-):
-    go(page, served, bar)
-    page.select_option("[aria-label='Kind of decision']", "pay")
-    painted(page)
-    assert page.text_content(".scale").strip() == "010"
-    low, high = (sum(map(int, page.evaluate(CELL, [0, step]).split(","))) for step in (1, STEPS))
-    assert low > high
-    page.select_option("[aria-label='Kind of decision']", "talk")
-    painted(page)
-    assert page.evaluate(CELL, [0, 2]) == page.evaluate(TONE, "line"), "talk decides nothing"
-
-
 def test_the_step_is_a_table_with_the_worlds_own_keys_and_streams(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar, "?step=3&agent=1")
     page.click("summary >> text=decisions of step 3")

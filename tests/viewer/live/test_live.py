@@ -17,7 +17,7 @@ from commands import wait_until
 from foundry import own_code
 from foundry.viewer.live import serve_live
 from foundry.viewer.server import serving
-from made_up_runs import Playing, mishaps, sweep, whole_run
+from made_up_runs import Playing, sweep, whole_run
 from viewer_pages import go, shown
 
 pytestmark = pytest.mark.browser
@@ -38,25 +38,6 @@ def answers(url: str) -> bool:
             return bool(response.status == 200)
     except OSError:
         return False
-
-
-def test_a_page_that_was_opened_before_its_run_began_follows_it(page: Any, tmp_path: Path):
-    made = sweep(tmp_path / "grows")
-    with serving(made.path) as server:
-        page.goto(f"{server.url}#/run/grows/{made.runs()[0].id}")
-        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'no step yet'")
-        assert page.is_checked(".follow input")
-        playing = Playing(made.runs()[0], mishaps)
-        playing.play(1, 4)
-        page.wait_for_function("() => document.querySelector('.where').textContent === 'after step 4 of 4'")
-        page.wait_for_function("() => Foundry.page.data.marks.undecided?.[3] === 1")
-        playing.play(5, 6)
-        playing.end("the server is gone")
-        page.wait_for_selector(".state .is-failed")
-        assert "the server is gone" in page.text_content(".heading .warning")
-        assert page.text_content(".where") == "after step 6 of 6"
-        assert page.is_hidden(".follow")
-        page.goto("about:blank")
 
 
 def test_a_run_that_is_being_written_is_opened_at_its_end_and_followed(page: Any, tmp_path: Path):

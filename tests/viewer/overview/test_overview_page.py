@@ -144,15 +144,3 @@ def test_where_the_grid_is_looked_at_is_in_the_address(page: Any, server: ViewSe
     assert page.evaluate("() => [Foundry.page.grid.zoom, Foundry.page.grid.centre]") == [4, [1.5, -2]]
     go(page, server.url, f"{run}?step=2&camera=nowhere")
     assert page.evaluate("() => [Foundry.page.grid.zoom, Foundry.page.grid.centre]") == [1, [0, 0]]
-
-
-def test_what_one_page_is_about_to_remember_is_no_part_of_the_next(page: Any, server: ViewServer, made_up: SweepFolder):
-    first, second = (f"run/made-up/{run.id}" for run in made_up.runs()[:2])
-    go(page, server.url, f"{first}?step=3")
-    page.evaluate("address => { Foundry.remember({camera: '4,0,0'}); location.hash = address; }", f"#/{second}?step=2")
-    page.wait_for_function(
-        "id => Foundry.page?.data.id === id && Foundry.page.clock.step === 2", arg=made_up.runs()[1].id
-    )
-    page.evaluate("() => Foundry.remember({agent: 1})")
-    page.wait_for_function("() => location.hash.includes('agent=1')")
-    assert "camera" not in page.url

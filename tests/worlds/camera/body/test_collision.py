@@ -81,15 +81,6 @@ def test_a_thin_wall_stops_moves_of_any_length_from_both_sides(length: float, fl
     assert back.foot == pytest.approx([1.25, 0, 0], abs=EXACT)
 
 
-def test_a_sliding_body_goes_round_a_pillar():
-    turns = np.linspace(0, math.tau, 25)
-    corners = [(2 + 0.4 * math.cos(t), 0.4 * math.sin(t)) for t in turns]
-    pillar = [wall(a, b, path="/pillar") for a, b in zip(corners[:-1], corners[1:], strict=True)]
-    motion = collider(*pillar).move([0, 0.3, 0], 0, 4.0, BODY, slide=True)
-    assert motion.foot[1] == pytest.approx(0.65, abs=0.05)
-    assert motion.foot[0] > 3
-
-
 @pytest.mark.parametrize("turn", [90, -90, 180, 120])
 def test_a_body_that_touches_a_wall_of_many_parts_or_an_edge_can_walk_along_it_and_away(turn: float):
     place = collider(*(wall((1, y), (1, y + 0.5), path=f"/part_{y}") for y in np.arange(-4, 4, 0.5)))

@@ -8,7 +8,6 @@ import pytest
 from foundry.worlds.camera.eye.overview import (
     ABOVE_DEG,
     OverviewFrame,
-    captioned,
     draw_overview,
 )
 from foundry.worlds.camera.loading.scene import Scene
@@ -65,13 +64,3 @@ def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, sha
     assert len(rows) > 288 * 70 and paper[[0, -1]].all() and paper[:, [0, -1]].all()
     assert orange(image).sum() > 0.4 * orange(alone).sum()
     assert (np.abs(image[:, [0, -1]].astype(int) - alone[-1, -1]).max(axis=2) <= 3).all()
-
-
-@pytest.mark.parametrize(("text", "lines"), [("step 3 · turn left 30°", 1), ("a\nb", 2), ("word " * 400, 4)])
-def test_a_caption_takes_as_many_lines_as_it_needs_but_at_most_four_and_none_takes_none(text: str, lines: int) -> None:
-    blank = np.zeros((400, 960, 3), np.uint8)
-    image = captioned(blank, text)
-    band = (image[:, 959] == 255).all(axis=1).sum()
-    assert band == round(18 * 1.35) * lines + 12 + 1
-    assert image[:band].min() < 60
-    assert np.array_equal(captioned(blank, ""), blank)
