@@ -99,44 +99,30 @@ class Firefox:
 
     def evaluate(self, expression: str) -> Any:
         """Return the value of an expression of JavaScript, a promise's when it is kept."""
-        told = self._run(f"Promise.resolve({expression}).then((value) => JSON.stringify(value ?? null))")
-        return json.loads(told["value"])
+        told = f"Promise.resolve({expression}).then((value) => JSON.stringify(value ?? null))"
+        found = self._do("script.evaluate", expression=told, target={"context": self._context}, awaitPromise=True)
+        if found["type"] == "exception":
+            raise AssertionError(found["exceptionDetails"]["text"])
+        return json.loads(found["result"]["value"])
 
     def wait_for(self, expression: str) -> None:
         """Wait until an expression is true, as long as pytest lets the test run."""
-        self._run(LOOK % expression)
+        self.evaluate(LOOK % expression)
 
     def click(self, selector: str) -> None:
-        """Press an element where it is seen."""
         self.wait_for(_one(selector))
-        self.evaluate(f"{_one(selector)}.scrollIntoView({{block: 'center'}})")
-        element = self._run(_one(selector))
-        origin = {"type": "element", "element": {"sharedId": element["sharedId"]}}
-        self._act("pointer", [
-            {"type": "pointerMove", "x": 0, "y": 0, "origin": origin},
-            {"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button": 0},
-        ])  # fmt: skip
+        self.evaluate(f"{_one(selector)}.click()")
 
     def press(self, *keys: str) -> None:
         """Press keys by their names, or signs."""
         pressed = [{"type": kind, "value": KEYS.get(key, key)} for key in keys for kind in ("keyDown", "keyUp")]
-        self._act("key", pressed)
+        actions = [{"type": "key", "id": "key", "actions": pressed}]
+        self._do("input.performActions", context=self._context, actions=actions)
 
     def write(self, selector: str, text: str) -> None:
         """Write into a field, and send it off."""
-        self.click(selector)
+        self.evaluate(f"{_one(selector)}.focus()")
         self.press(*text, "Enter")
-
-    def _act(self, kind: str, actions: list[dict[str, Any]]) -> None:
-        self._do(
-            "input.performActions", context=self._context, actions=[{"type": kind, "id": kind, "actions": actions}]
-        )
-
-    def _run(self, expression: str) -> dict[str, Any]:
-        found = self._do("script.evaluate", expression=expression, target={"context": self._context}, awaitPromise=True)
-        if found["type"] == "exception":
-            raise AssertionError(found["exceptionDetails"]["text"])
-        return dict(found["result"])
 
     def _do(self, method: str, **parameters: Any) -> dict[str, Any]:
         return self._loop.run_until_complete(self._answer(method, parameters))
@@ -190,14 +176,10 @@ def rows(many: int) -> str:
     return f"document.querySelectorAll('tr[data-run]').length === {many}"
 
 
-def is_shown(element: str) -> str:
-    return f"document.querySelector({element!r})"
-
-
 def open_sweep(firefox: Firefox, url: str) -> None:
     """Open the page of the 2D sweep, and wait until nothing on it moves any more."""
     firefox.goto(f"{url}#/sweep/grid")
-    firefox.wait_for(f"{rows(4)} && {is_shown('.matrix td button')} && {is_shown('.gallery')}")
+    firefox.wait_for(f"{rows(4)} && {_one('.matrix td button')} && {_one('.gallery')}")
 
 
 def test_runs_are_filtered_opened_stepped_and_played(firefox: Firefox, forms: Forms):
@@ -207,7 +189,7 @@ def test_runs_are_filtered_opened_stepped_and_played(firefox: Firefox, forms: Fo
     firefox.click("tr[data-run] a")
     firefox.wait_for(at_step(1))
     firefox.press("ArrowRight", "]")
-    firefox.wait_for(f"{at_step(2)} && {is_shown('.inspector .facts')}")
+    firefox.wait_for(f"{at_step(2)} && {_one('.inspector .facts')}")
     firefox.press("+", "+", "+", " ")
     firefox.wait_for(f"document.querySelector('.where').textContent === 'after step {STEPS} of {STEPS}'")
     assert firefox.evaluate("location.hash.endsWith('agent=0')")
@@ -216,14 +198,14 @@ def test_runs_are_filtered_opened_stepped_and_played(firefox: Firefox, forms: Fo
 @pytest.mark.parametrize("form", ["grid", "rounds", "camera"])
 def test_runs_side_by_side_show_where_they_part(firefox: Firefox, forms: Forms, form: str):
     firefox.goto(f"{forms.server.url}#/{forms.compared(form)}")
-    firefox.wait_for(is_shown(".chips > *"))
+    firefox.wait_for(_one(".chips > *"))
     firefox.wait_for("document.querySelectorAll('.column .facts, .column .quote').length > 1")
     assert firefox.evaluate("document.querySelectorAll('.panel').length") == 2
 
 
 def test_a_probe_is_gone_through_by_keys(firefox: Firefox, forms: Forms):
     firefox.goto(f"{forms.server.url}#/sweep/probe")
-    firefox.wait_for(is_shown(".moment .choices"))
+    firefox.wait_for(_one(".moment .choices"))
     firefox.press("j", "e")
     firefox.wait_for("location.hash.includes('edit=no_fire') && document.querySelectorAll('.map svg').length === 2")
 
@@ -233,4 +215,4 @@ def test_an_exported_page_is_opened_from_its_files(firefox: Firefox, forms: Form
     firefox.click("tr[data-run] a")
     firefox.wait_for(at_step(1))
     firefox.press("]")
-    firefox.wait_for(is_shown(".inspector .quote"))
+    firefox.wait_for(_one(".inspector .quote"))
