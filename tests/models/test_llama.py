@@ -16,7 +16,7 @@ import pytest
 
 from analysis.pipeline import analyze
 from analysis.probes import analyze_probe
-from commands import foundry, wait_until
+from commands import answers, foundry, wait_until
 from foundry import paths
 from foundry.canary import Verdict
 from foundry.storing.store import SweepFolder
@@ -52,20 +52,12 @@ def serve(tmp_path: Path) -> Serve:
         program = [PYTHON, str(ROOT / "tests" / "servers" / "llama_server.py"), str(model), port, *flags]
         with subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             try:
-                wait_until(lambda: answers(url), "the server is ready")
+                wait_until(lambda: answers(f"{url}/health"), "the server is ready")
                 yield url
             finally:
                 process.kill()
 
     return serving
-
-
-def answers(url: str) -> bool:
-    try:
-        with urllib.request.urlopen(f"{url}/health") as answer:
-            return bool(answer.status == 200)
-    except OSError:
-        return False
 
 
 def swept(workspace: Path, url: str, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -9,6 +9,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,15 @@ def wait_until(condition: Callable[[], bool], what: str, process: subprocess.Pop
         if process is not None and process.poll() is not None and not condition():
             raise AssertionError(f"ended with {process.returncode} before {what}:\n{process.communicate()[0]}")
         never.wait(0.01)
+
+
+def answers(url: str) -> bool:
+    """Return whether a server answers at an address."""
+    try:
+        with urllib.request.urlopen(url) as response:
+            return bool(response.status == 200)
+    except OSError:
+        return False
 
 
 def kill(pid: int) -> None:

@@ -37,30 +37,7 @@ def test_walls_target_and_every_way_are_where_they_are(page: Any, rooms: SweepFo
     assert across[0] > origin[0] and up[1] < origin[1]
 
 
-GREEN = "([red, green, blue]) => green > 200 && red < 120 && blue < 200"
-AMBER = "([red, green, blue]) => red > 230 && green > 180 && blue < 120"
-
-
-MARKS = "Foundry.page.image.marks"
-
-
-def marked(page: Any, colour: str) -> list[float] | None:
-    """Return where a drawing has a colour: left, top, right and bottom as shares of it, or None where it has none."""
-    found: list[float] | None = page.evaluate(
-        f"""() => {{
-          const drawing = {MARKS}, {{width, height}} = drawing, is = {colour};
-          const {{data}} = drawing.getContext("2d").getImageData(0, 0, width, height);
-          const inked = (i) => data[4 * i + 3] > 200 && is(data.slice(4 * i, 4 * i + 3));
-          const at = [...Array(width * height).keys()].filter(inked);
-          const x = at.map((i) => (i % width) / width), y = at.map((i) => Math.floor(i / width) / height);
-          const ends = (all) => [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
-          return at.length ? [ends(x)[0], ends(y)[0], ends(x)[1], ends(y)[1]] : null;
-        }}"""
-    )
-    return found
-
-
-def test_from_a_file_the_target_is_boxed_where_it_is_seen_and_pointed_at_where_it_is_not(
+def test_from_a_file_it_is_told_where_the_target_is_and_what_a_reply_claims_of_it(
     page: Any, rooms: SweepFolder, tmp_path: Path
 ):
     exported = export(rooms.path, tmp_path / "page").page.as_uri()
@@ -69,21 +46,11 @@ def test_from_a_file_the_target_is_boxed_where_it_is_seen_and_pointed_at_where_i
     page.wait_for_selector(".read >> text=px in view, in line of sight")
     page.keyboard.press("ArrowRight")
     page.wait_for_selector(".read >> text=/not in the picture, \\d+° right, \\d+° down, nothing in between/")
-    arrow = marked(page, AMBER)
-    assert arrow[2] > 0.9 and marked(page, GREEN) is None
     page.keyboard.press("End")
     page.wait_for_selector(".read >> text=px in view, in line of sight")
     page.wait_for_function("() => Foundry.page.image.sight?.boxes.length")
-    (((left, top), (right, bottom)),) = page.evaluate("() => Foundry.page.image.sight.boxes")
-    found = marked(page, GREEN)
-    assert found[2] == pytest.approx(right, abs=0.02) and found[3] == pytest.approx(bottom, abs=0.02)
-    assert found[0] == pytest.approx(left, abs=0.02) and found[1] <= top
-    assert marked(page, AMBER) is None
-    page.uncheck(".marking input")
-    assert marked(page, GREEN) is None
     go(page, exported, f"run/{rooms.path.name}/{behind.id}")
     page.wait_for_selector(".read >> text=claims to see the target, but the target is not in view")
-    assert marked(page, AMBER) is not None and marked(page, GREEN) is None
 
 
 def played(rooms: Path, world: str, model: str) -> SweepFolder:

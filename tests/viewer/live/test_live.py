@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import made_up_rounds
-from commands import wait_until
+from commands import answers, wait_until
 from foundry import own_code
 from foundry.viewer.live import serve_live
 from foundry.viewer.server import serving
@@ -30,14 +30,6 @@ with serve_live(Path(sys.argv[1])) as url:
     print(url, flush=True)
     sys.stdin.read()
 """
-
-
-def answers(url: str) -> bool:
-    try:
-        with urllib.request.urlopen(url) as response:
-            return bool(response.status == 200)
-    except OSError:
-        return False
 
 
 def test_a_run_that_is_being_written_is_opened_at_its_end_and_followed(page: Any, tmp_path: Path):

@@ -11,7 +11,6 @@ import pytest
 
 from foundry.storing.notes import Note, add_note, notes_of
 from foundry.storing.store import SweepFolder
-from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
 from viewer_pages import SHOWN, go, saved
@@ -150,24 +149,3 @@ def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, m
     first = ("odd late tag-alone", 'step 3 · agent 1: It turned <b>back</b>.\nthe run: Two\nlines, "quoted"')
     assert [(row["tags"], row["notes"]) for row in rows] == [first, ("", "the run: Another run")]
     assert b"Ada" not in saved(page, "csv") and b"Grace" not in saved(page, "csv")
-
-
-def test_an_export_holds_notes_to_be_read_when_asked(page: Any, played: SweepFolder, tmp_path: Path):
-    run = played.runs()[0].id
-    for asked in (True, False):
-        address = export(played.path, tmp_path / f"page-{asked}", notes=asked).page.as_uri()
-        go(page, address, "sweep/played")
-        page.wait_for_selector("tbody tr[data-run]")
-        assert page.locator("[data-sort=notes]").count() == asked
-        if asked:
-            page.click("[aria-label='Only runs with the tag odd']")
-            page.wait_for_function(SHOWN, arg="1 of 4 runs")
-            page.click(f"[aria-label='Notes on {run}']")
-            page.click("dialog a >> text=step 3 · agent 1")
-            page.wait_for_selector(".player")
-        go(page, address, f"run/played/{run}")
-        page.wait_for_function(
-            "() => document.querySelector('.notes-list li') || document.querySelector('.notes .note').textContent"
-        )
-        assert page.locator("[data-note]").count() == asked
-        assert page.locator(".notes summary, .notes form").count() == 0

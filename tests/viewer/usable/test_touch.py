@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 from browser import browser_page
-from made_up_runs import STEPS
 from viewer.usable.conftest import Forms
 from viewer_pages import go
 
@@ -69,19 +68,3 @@ def test_two_fingers_zoom_where_they_are_and_one_then_shifts(telephone: Any):
     assert telephone.evaluate("() => scrollY") == before, "the map moves, not the page"
     telephone.click("[aria-label='Whole grid']")  # a tap that a busy machine draws out is a long press
     sees(telephone, 1, 0, 0)
-
-
-def test_one_finger_on_the_whole_map_scrolls_the_page(telephone: Any):
-    box = in_sight(telephone, "canvas.grid")
-    before = telephone.evaluate("() => scrollY")
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.7
-    swipe(telephone, [(x, y - down) for down in range(0, 160, 16)])
-    telephone.wait_for_function("before => scrollY > before + 50", arg=before)
-    sees(telephone, 1, 0, 0)
-
-
-def test_the_clock_is_swiped(telephone: Any):
-    box = in_sight(telephone, ".marks")
-    y, column = box["y"] + box["height"] / 2, box["width"] / STEPS
-    swipe(telephone, [(box["x"] + column * (step - 0.5), y) for step in (2, 3, 4, 5)])
-    telephone.wait_for_function("() => document.querySelector('.where').textContent.startsWith('step 5')")

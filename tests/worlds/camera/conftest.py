@@ -8,6 +8,7 @@ from pxr import Gf
 
 from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
+from labelled_rooms import write_rooms
 from worlds.camera.usd_files import mesh, new_stage, write_stage
 
 WALLS = {
@@ -34,3 +35,8 @@ def stage(tmp_path: Path) -> Any:
 @pytest.fixture(scope="session")
 def room(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     return load_scene(write_stage(tmp_path_factory.mktemp("room") / "room.usda", build_room))
+
+
+@pytest.fixture(scope="session")
+def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_rooms(tmp_path_factory.mktemp("rooms") / "rooms.usda")

@@ -34,11 +34,6 @@ from labelled_rooms import THINGS, TINY, write_rooms
 SEEDS = range(4)
 
 
-@pytest.fixture(scope="module")
-def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_rooms(tmp_path_factory.mktemp("rooms") / "rooms.usda")
-
-
 @cache
 def settings(rooms: Path) -> Mapping[str, Any]:
     found = composed("follow", "oracle", f"scene='{rooms}'", *TINY)

@@ -21,15 +21,10 @@ from foundry.worlds.base import Answer, Question
 from foundry.worlds.camera.probing_world import MapProbeScenario, MapProbeWorld, Prepared, ProbeEpisode, ProbeStep
 from foundry.worlds.camera.surroundings import turn_between
 from foundry.worlds.camera.walk_questions import FARTHER, FARTHER_M, SIDE_DEG, along, spread
-from labelled_rooms import THINGS, TINY, write_rooms
+from labelled_rooms import THINGS, TINY
 
 KINDS = ("nearer", "side", "count", "order", "distance")
 SEEDS = range(2)
-
-
-@pytest.fixture(scope="module")
-def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_rooms(tmp_path_factory.mktemp("rooms") / "rooms.usda")
 
 
 @cache
