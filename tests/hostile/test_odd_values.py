@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdGeom, UsdShade
+from pxr import Gf, Sdf, UsdShade
 
 from foundry.errors import InputError
 from foundry.worlds.camera.eye.rendering import renderer_for
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.camera.usd_files import bind, mesh, picture, shader, texture_coordinates, textured, write_stage
+from worlds.camera.usd_files import bind, instancer, mesh, picture, shader, texture_coordinates, textured, write_stage
 
 HEAD = """#usda 1.0
 (
@@ -38,7 +38,7 @@ def PointInstancer "Copies" {
 """
 """Attributes of other types than those that are read."""
 
-NAN = float("nan")
+NAN, PLACE = float("nan"), [(1, 0, 0)]
 _NUMBER = itertools.count()
 
 
@@ -58,10 +58,8 @@ def nowhere(stage: Any) -> None:
     mesh(stage, "/Sound")
     mesh(stage, "/Nan").AddTranslateOp().Set(Gf.Vec3d(NAN, 0, 0))
     mesh(stage, "/Far").AddScaleOp().Set(Gf.Vec3f(1e30))
-    copies = UsdGeom.PointInstancer.Define(stage, "/Copies")
-    copies.CreatePrototypesRel().SetTargets([mesh(stage, "/Copies/Tile").GetPath()])
-    copies.CreateProtoIndicesAttr([0, 0, 0])
-    copies.CreatePositionsAttr([Gf.Vec3f(3, 0, 0), Gf.Vec3f(NAN, 0, 0), Gf.Vec3f(0, 1e30, 0)])
+    mesh(stage, "/Copies/Tile")
+    instancer(stage, "/Copies", ["/Copies/Tile"], [0, 0, 0], [(3, 0, 0), (NAN, 0, 0), (0, 1e30, 0)])
 
 
 def test_what_is_placed_nowhere_is_left_out_by_name_and_the_rest_is_seen(place: Path) -> None:
@@ -75,22 +73,15 @@ def test_what_is_placed_nowhere_is_left_out_by_name_and_the_rest_is_seen(place: 
     assert seen["/Sound"] > 100
 
 
-def instancer(stage: Any, path: str, prototype: str) -> None:
-    made = UsdGeom.PointInstancer.Define(stage, path)
-    made.CreatePrototypesRel().SetTargets([Sdf.Path(prototype)])
-    made.CreateProtoIndicesAttr([0])
-    made.CreatePositionsAttr([Gf.Vec3f(1, 0, 0)])
-
-
 @pytest.mark.parametrize(("prototype", "inner"), [("/Own", None), ("/Other", "/Own"), ("/Own/Group", None)])
 def test_a_point_instancer_within_itself_is_named(place: Path, prototype: str, inner: str | None) -> None:
     def build(stage: Any) -> None:
         mesh(stage, "/Sound")
-        instancer(stage, "/Own", prototype)
+        instancer(stage, "/Own", [prototype], [0], PLACE)
         mesh(stage, "/Own/Group/Tile")
-        instancer(stage, "/Own/Group/Deep", "/Own")
+        instancer(stage, "/Own/Group/Deep", ["/Own"], [0], PLACE)
         if inner:
-            instancer(stage, "/Other", inner)
+            instancer(stage, "/Other", [inner], [0], PLACE)
 
     scene = load_scene(write_stage(place / f"self{next(_NUMBER)}.usda", build))
     assert "/Sound" in [mesh.path for mesh in scene.meshes]

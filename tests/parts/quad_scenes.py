@@ -1,6 +1,7 @@
 """Small synthetic scenes of quads and boxes."""
 
 import hashlib
+from itertools import pairwise
 
 import numpy as np
 
@@ -55,3 +56,10 @@ def scene(*meshes: SceneMesh, name: str = "synthetic") -> Scene:
         prims=len(meshes),
         triangles=sum(len(mesh.triangles) for mesh in meshes),
     )
+
+
+def enclosed(*things: SceneMesh) -> Scene:
+    """Return a floor of 6 x 6 m around the origin with a wall at each side, and things on it."""
+    corners = [(-3, -3), (3, -3), (3, 3), (-3, 3), (-3, -3)]
+    walls = [wall(a, b, path=f"/side_{number}") for number, (a, b) in enumerate(pairwise(corners))]
+    return scene(floor(-3, -3, 3, 3), *walls, *things)

@@ -67,6 +67,16 @@ def mesh(
     return made
 
 
+def instancer(
+    stage: Any, path: str, prototypes: Sequence[str], indices: Sequence[int], positions: Sequence[Any]
+) -> Any:
+    made = UsdGeom.PointInstancer.Define(stage, path)
+    made.CreatePrototypesRel().SetTargets([Sdf.Path(prototype) for prototype in prototypes])
+    made.CreateProtoIndicesAttr(indices)
+    made.CreatePositionsAttr([Gf.Vec3f(*position) for position in positions])
+    return made
+
+
 def primvar(gprim: Any, name: str, kind: Any, interpolation: str, values: Sequence[Any]) -> Any:
     made = UsdGeom.PrimvarsAPI(gprim).CreatePrimvar(name, kind, interpolation)
     made.Set(values)

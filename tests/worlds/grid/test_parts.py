@@ -29,15 +29,22 @@ def scenario(*cells: tuple[int, int], **changes: Any) -> GridScenario:
     return GridScenario(layout=Explicit(positions=[list(cell) for cell in cells]), **{**plain, **changes})
 
 
-def go(*ways: str) -> list[Answer]:
-    plain = [{"action": "stay"} if way == "stay" else {"action": "move", "direction": way} for way in ways]
-    return [Answer(json.dumps({**one, "memory": "", "reasoning": ""})) for one in plain]
+def do(*actions: dict[str, Any]) -> list[Answer]:
+    return [Answer(json.dumps({**action, "memory": "", "reasoning": ""})) for action in actions]
 
 
-def step(world: Any, *ways: str) -> list[FurnishedStep]:
+def go(*ways: str) -> list[dict[str, Any]]:
+    return [{"action": "stay"} if way == "stay" else {"action": "move", "direction": way} for way in ways]
+
+
+def lived(world: Any, *actions: dict[str, Any]) -> list[Any]:
     """Let a step go by in silence and return its lines."""
     world.advance([SILENT] * len(world.pending()))
-    return [furnished_step for furnished_step in world.advance(go(*ways)) if isinstance(furnished_step, FurnishedStep)]
+    return [line for line in world.advance(do(*actions)) if isinstance(line, FurnishedStep)]
+
+
+def step(world: Any, *ways: str) -> list[Any]:
+    return lived(world, *go(*ways))
 
 
 def test_a_wall_stops_a_move_as_the_edge_does_and_each_says_which_it_was():
@@ -139,7 +146,7 @@ def test_a_cell_burns_with_the_fire_that_reached_it_first():
     fires = [{"name": "first", "position": [-1, 0], **plain}, {"name": "second", "position": [1, 0], **plain}]
     world = scenario((2, 2), fires=fires).start(0)
     world.advance([SILENT])
-    caught = [burning for burning in world.advance(go("stay")) if isinstance(burning, Burning)]
+    caught = [burning for burning in world.advance(do(*go("stay"))) if isinstance(burning, Burning)]
     assert [burning.fire for burning in caught if (burning.x, burning.y) == (0, 0)] == ["first"]
     plain = {"intensity": 1, "radius": 9}
     first = {"name": "first", "start": 1, "position": [0, 0], "spread": 1, **plain}
@@ -202,16 +209,6 @@ def test_a_picture_is_drawn_again_byte_for_byte():
 
 ENERGY = {"start": 10, "loss": 1}
 FIELD = {"share": 1, "amount": 4, "bite": 3}
-
-
-def do(*actions: dict[str, Any]) -> list[Answer]:
-    return [Answer(json.dumps({**action, "memory": "", "reasoning": ""})) for action in actions]
-
-
-def lived(world: Any, *actions: dict[str, Any]) -> list[LivingStep]:
-    """Let a step go by in silence and return its lines."""
-    world.advance([SILENT] * len(world.pending()))
-    return [living_step for living_step in world.advance(do(*actions)) if isinstance(living_step, LivingStep)]
 
 
 STAY = {"action": "stay"}

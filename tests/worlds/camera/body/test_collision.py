@@ -12,7 +12,7 @@ from foundry.errors import InputError
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.surfaces import Surfaces
 from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
-from quad_scenes import box, floor, quad, scene, wall
+from quad_scenes import box, enclosed, floor, quad, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)
 EXACT, TOLERANCE_M = 1e-4, 2e-3
@@ -199,12 +199,6 @@ def obstacles(draw: st.DrawFn) -> list[SceneMesh]:
         else:
             things.append(quad(path, [[x, y, 0], [x + size, y, high], [x + size, y + 1, high], [x, y + 1, 0]]))
     return things
-
-
-def enclosed(*things: SceneMesh) -> Scene:
-    corners = [(-3, -3), (3, -3), (3, 3), (-3, 3), (-3, -3)]
-    walls = [wall(a, b, path=f"/side_{a}") for a, b in pairwise(corners)]
-    return scene(floor(-3, -3, 3, 3), *walls, *things)
 
 
 def sampled(corners: FloatArray, spacing: float = 0.03) -> FloatArray:

@@ -12,23 +12,17 @@ from foundry.seeding import stream
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
 from foundry.worlds.camera.body.walkable import find_walkable
-from foundry.worlds.camera.loading.scene import Scene, SceneMesh
+from foundry.worlds.camera.loading.scene import SceneMesh
 from foundry.worlds.camera.loading.stage import load_scene
-from quad_scenes import box, floor, quad, scene, wall
+from quad_scenes import box, enclosed, floor, quad, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)
 SMALL = Body(radius_m=0.15, height_m=1.0, step_m=0.1)
 EYE_M = 1.5
 
 
-def room(*things: SceneMesh) -> Scene:
-    corners = [(-3, -3), (3, -3), (3, 3), (-3, 3), (-3, -3)]
-    sides = [wall(a, b, path=f"/side_{i}") for i, (a, b) in enumerate(pairwise(corners))]
-    return scene(floor(-3, -3, 3, 3), *sides, *things)
-
-
 def navigator(*things: SceneMesh) -> Navigator:
-    return Navigator(Collider(room(*things)), BODY)
+    return Navigator(Collider(enclosed(*things)), BODY)
 
 
 def at(x: float, y: float, z: float = 0.0) -> np.ndarray:
@@ -110,7 +104,7 @@ def test_ways_climb_steps_but_no_ledges(rise: float, reachable: bool):
 def test_no_step_of_the_grid_leads_through_what_stands_beside_it():
     """The post is a quarter of the way along a knight's move, and just within the body's radius of it."""
     x, y = 0.1 - 0.247 / math.sqrt(5), 0.075 + 2 * 0.247 / math.sqrt(5)
-    collider = Collider(room(box("/post", (x - 1e-4, y - 1e-4, 0), (x + 1e-4, y + 1e-4, 2))))
+    collider = Collider(enclosed(box("/post", (x - 1e-4, y - 1e-4, 0), (x + 1e-4, y + 1e-4, 2))))
     walkable = find_walkable(collider.ground, collider.bounds, BODY, CELL_M)
     near = [(one, other) for one, other in walkable.places[walkable.edges] if np.hypot(*(one[:2] - (x, y))) < 0.5]
     assert len(near) > 50 and all(collider.walkable(one, other, BODY) for one, other in near)
@@ -177,7 +171,7 @@ def test_a_foot_at_the_goal_has_no_way_to_go_and_one_far_from_every_cell_no_dist
 
 
 def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
-    collider = Collider(room(box("/table", (0, 0, 0.6), (1, 1, 0.7))))
+    collider = Collider(enclosed(box("/table", (0, 0, 0.6), (1, 1, 0.7))))
     first = Navigator(collider, BODY, cache=tmp_path / "cache")
     (path,) = (tmp_path / "cache").iterdir()
     stamp = path.stat().st_mtime_ns
@@ -187,7 +181,7 @@ def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
     goal = np.array([0])
     assert second.distance_field(goal).distance.tolist() == first.distance_field(goal).distance.tolist()
     Navigator(collider, Body(0.3, 1.6, 0.25), cache=tmp_path / "cache")
-    moved = Navigator(Collider(room(box("/table", (-2, 0, 0.6), (-1, 1, 0.7)))), BODY, cache=tmp_path / "cache")
+    moved = Navigator(Collider(enclosed(box("/table", (-2, 0, 0.6), (-1, 1, 0.7)))), BODY, cache=tmp_path / "cache")
     assert len(list((tmp_path / "cache").iterdir())) == 3 and moved.places.tolist() != first.places.tolist()
 
 
@@ -229,10 +223,10 @@ def test_a_random_foot_is_on_the_floor_and_not_on_the_roof_and_may_need_a_way_to
 def test_regions_and_scenes_without_room_and_bounds_with_too_many_cells_are_refused():
     with pytest.raises(InputError, match="has no place to start"):
         navigator().random_foot(stream(0, "start"), np.array([[2.8, 2.8], [3.0, 3.0]]))
-    low = room(quad("/ceiling", [[-3, -3, 1], [3, -3, 1], [3, 3, 1], [-3, 3, 1]]))
+    low = enclosed(quad("/ceiling", [[-3, -3, 1], [3, -3, 1], [3, 3, 1], [-3, 3, 1]]))
     with pytest.raises(InputError, match="No floor within the bounds"):
         Navigator(Collider(low, bounds=np.array([[-3, -3, 0], [3, 3, 0.5]])), BODY)
-    collider = Collider(room(), bounds=np.array([[-500, -500, 0], [500, 500, 3]]))
+    collider = Collider(enclosed(), bounds=np.array([[-500, -500, 0], [500, 500, 3]]))
     with pytest.raises(
         InputError, match=r"1,000 x 1,000 m, but at most 200 x 200 m.*Set world\.bounds=.*world\.scene\.exclude"
     ):

@@ -14,7 +14,7 @@ from foundry.errors import InputError
 from foundry.worlds.camera.loading.meshes import triangulated
 from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.camera.usd_files import loaded, mesh, new_stage, one_mesh, primvar, write_stage
+from worlds.camera.usd_files import instancer, loaded, mesh, new_stage, one_mesh, primvar, write_stage
 
 NAMES = Sdf.ValueTypeNames
 UP = [0, 0, 1]
@@ -212,14 +212,6 @@ def test_references_payloads_and_instances_are_loaded_each_at_its_place(stage: A
     scene = loaded(stage)
     assert paths(scene) == ["/A/Face", "/B/Face", "/Row/Tile0/Face", "/Row/Tile1/Face"]
     assert [mesh.points[:, 0].min() for mesh in scene.meshes] == [0, 5, 0, 2]
-
-
-def instancer(stage: Any, path: str, prototypes: list[str], indices: list[int], positions: list[Any]) -> Any:
-    made = UsdGeom.PointInstancer.Define(stage, path)
-    made.CreatePrototypesRel().SetTargets([Sdf.Path(prototype) for prototype in prototypes])
-    made.CreateProtoIndicesAttr(indices)
-    made.CreatePositionsAttr([Gf.Vec3f(*position) for position in positions])
-    return made
 
 
 def test_a_point_instancer_draws_copies_of_its_prototypes_and_not_the_prototypes(stage: Any) -> None:

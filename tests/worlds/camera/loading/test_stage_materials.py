@@ -11,6 +11,7 @@ from foundry.worlds.camera.loading import stage as walking
 from foundry.worlds.camera.loading.stage import load_scene
 from worlds.camera.usd_files import (
     bind,
+    instancer,
     loaded,
     material,
     mesh,
@@ -284,11 +285,9 @@ def test_kinds_of_prims_lights_skins_draw_modes_subdivision_and_bumps_that_are_n
 
 def test_copies_beyond_the_limit_are_counted(stage: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(walking, "LARGEST_INSTANCER", 6)
-    made = UsdGeom.PointInstancer.Define(stage, "/Grass")
+    places = [(number, 0, 0) for number in range(6)]
+    instancer(stage, "/Grass", ["/Grass/Blade", "/Grass/Gone"], [0] * 5 + [1], places)
     mesh(stage, "/Grass/Blade")
-    made.CreatePrototypesRel().SetTargets([Sdf.Path("/Grass/Blade"), Sdf.Path("/Grass/Gone")])
-    made.CreateProtoIndicesAttr([0] * 5 + [1])
-    made.CreatePositionsAttr([Gf.Vec3f(number, 0, 0) for number in range(6)])
     scene = loaded(stage)
     assert scene.triangles == 6
     assert scene.warnings == (
