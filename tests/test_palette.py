@@ -25,7 +25,6 @@ def linear(colour: str) -> FloatArray:
 
 
 def luminance(colour: str) -> float:
-    """Return the relative luminance of a colour (WCAG 2.2)."""
     return float(linear(colour) @ [0.2126, 0.7152, 0.0722])
 
 
@@ -39,7 +38,6 @@ MODELS = dict(zip(BACKGROUNDS, (palette.COLOURS, palette.DARK_COLOURS), strict=T
 
 
 def backgrounds() -> dict[str, list[str]]:
-    """Return the backgrounds of pages and report, for light and dark pages."""
     css = (STATIC / "style.css").read_text(encoding="utf-8") + REPORT.read_text(encoding="utf-8")
     found = re.findall(r"--(?:paper|panel): (#[0-9a-f]{6})", css)
     return {name: [one for one in found if (luminance(one) < 0.5) == (name == "dark")] for name in BACKGROUNDS}

@@ -26,7 +26,6 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def sweep(played: Path, tmp_path: Path) -> Path:
-    """A copy of it, beside what is none of its business."""
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "secret").write_text(SECRET)
     return Path(shutil.copytree(played, tmp_path / "out"))

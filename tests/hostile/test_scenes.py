@@ -34,7 +34,6 @@ ARCS = {
 
 @pytest.fixture
 def place(tmp_path: Path) -> Path:
-    """A folder for a scene, beside a file that is none of its business."""
     (tmp_path / "scene").mkdir()
     write_stage(tmp_path / "secret.usda", lambda stage: mesh(stage, "/Tile"))
     picture(tmp_path / "secret.png", np.zeros((4, 4, 3)))
@@ -118,21 +117,6 @@ def test_the_command_line_names_the_way_out(place: Path):
     file = str(scene(place, "reference", "../secret.usda"))
     assert f"--root '{place.parent}'" in refusal("scene", "info", file, cwd=place)
     succeeds("scene", "info", file, "--root", str(place.parent), cwd=place)
-
-
-def test_the_folder_that_is_named_holds_all_that_is_referred_to(place: Path):
-    for name in ("left", "right/deep"):
-        (place.parent / name).mkdir(parents=True)
-        write_stage(place.parent / name / "tile.usda", lambda stage: mesh(stage, "/Tile"))
-    file = place / "scene.usda"
-    tiles = [f'def "T{number}" (references = @../{name}/tile.usda@</Tile>) {{}}\n' for number, name in
-             enumerate(("left", "right/deep"))]  # fmt: skip
-    file.write_text(HEAD.format("") + OWN + "".join(tiles))
-    with pytest.raises(InputError, match="and 1 more file, .*let it read all files in") as refusal:
-        load_scene(file)
-    named = str(refusal.value).partition("world.scene.root='")[2].partition("'")[0]
-    assert Path(named) == place.parent.resolve()
-    assert len(load_scene(file, root=named).meshes) == 3
 
 
 MATERIALX = """<?xml version="1.0"?>

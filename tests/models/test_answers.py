@@ -118,7 +118,6 @@ def test_a_file_that_others_create_at_the_same_moment_is_waited_for(tmp_path: Pa
 
 
 def in_threads(*works) -> list[BaseException]:
-    """Do all works at once; returns what they raised."""
     errors: list[BaseException] = []
 
     def catching(work) -> None:

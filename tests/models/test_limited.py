@@ -89,8 +89,6 @@ def test_time_and_calls_are_summed_up_for_the_climb():
 
 
 class Gate(Model):
-    """Answers when it is told to, and notes who came in which order."""
-
     def __init__(self) -> None:
         self.name = "gate"
         self.came: list[int] = []

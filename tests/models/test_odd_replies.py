@@ -15,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ollama_cases as cases
-from foundry.errors import BackendError, InputError, TransientError
-from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
+from foundry.errors import BackendError, TransientError
+from foundry.models.base import ChatMessage, Reply, Request
 from foundry.models.http.pausing import requested_wait
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
 from foundry.models.ollama import ollama_server, ollama_wire
-from foundry.models.openai import openai_server, openai_wire
+from foundry.models.openai import openai_wire
 from json_parts import places, put
 from local_server import LocalServer
 from models.asking import ask, ask_openai, make_model, make_openai, make_request, run
@@ -45,9 +45,6 @@ OPENAI_REPLY = {
     "choices": [{"message": {"content": "Left.", "reasoning": "Hm."}, "finish_reason": "stop"}],
     "usage": {"prompt_tokens": 4, "completion_tokens": 5},
 }
-TAGS = {"models": [{"model": "m:latest", "digest": "a1"}]}
-SHOWN = {"capabilities": ["vision"], "model_info": {"general.architecture": "a", "a.context_length": 9}}
-LISTING = {"data": [{"id": "m", "owned_by": "o", "max_model_len": 9, "context_length": 8, "capabilities": ["vision"]}]}
 REFUSED = {"error": {"message": "no", "type": "t", "code": "c", "param": "p"}}
 
 MANY = settings(max_examples=40)
@@ -104,33 +101,6 @@ def test_whatever_an_openai_server_replies_is_a_valid_reply_or_an_error_with_a_n
     read_or_refused(lambda: openai_wire.read_reply(content, ASKED, OPENAI, HERE, latency_s=0.1))
 
 
-def assert_known(describe: Callable[[], ModelInfo]) -> None:
-    try:
-        info = describe()
-    except InputError:
-        return
-    assert info.digest is None or isinstance(info.digest, str)
-    assert all(isinstance(capability, str) for capability in info.capabilities)
-    assert info.context_length is None or type(info.context_length) is int and info.context_length > 0
-
-
-@MANY
-@given(spoilt(TAGS), spoilt(SHOWN))
-def test_whatever_ollama_says_of_a_model_is_read_or_refused(tags: bytes, shown: bytes):
-    def describe() -> ModelInfo:
-        listing, detail = json.loads(tags), json.loads(shown)
-        row = ollama_server.installed_row(listing if isinstance(listing, dict) else {}, "m", HERE.host)
-        return ollama_server.described("m", row, detail if isinstance(detail, dict) else {}, "1", HERE.host)
-
-    assert_known(describe)
-
-
-@MANY
-@given(spoilt(LISTING))
-def test_whatever_an_openai_server_lists_is_read_or_refused(listing: bytes):
-    assert_known(lambda: openai_server.listed_info("m", "m", listing, HERE, vision=None))
-
-
 @MANY
 @given(spoilt(REFUSED) | st.binary(max_size=30), st.sampled_from([302, 400, 401, 404, 429, 500, 503]))
 def test_whatever_a_refusal_holds_is_an_error_with_a_name(content: bytes, status: int):
@@ -175,8 +145,6 @@ def test_a_number_that_is_none_is_unknown_and_said_once(caplog: pytest.LogCaptur
 
 
 class Pouring(LocalServer):
-    """Answers every call by a body that comes piece by piece."""
-
     def __init__(self, pieces: Iterator[bytes], pause_s: float = 0.0, encoding: str = "identity") -> None:
         super().__init__()
         self.pieces, self.pause_s, self.encoding = pieces, pause_s, encoding

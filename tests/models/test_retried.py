@@ -18,8 +18,6 @@ DOWN = TransientError("down")
 
 
 class Naps(list[float]):
-    """Waits no time and notes how long it should have."""
-
     async def __call__(self, seconds: float) -> None:
         self.append(seconds)
 

@@ -188,7 +188,6 @@ LEADER = {"id": 0, "x": 3, "y": 0, "persona": {"role": "leader"}}
 
 
 def decided(policy: Any, **observed: Any) -> dict[str, Any]:
-    """Return what a policy decides, without its reasons."""
     content = json.loads(policy.action({**HERE, **observed}, seeding.stream(0, "test")))
     return {name: value for name, value in content.items() if name not in ("memory", "reasoning")}
 

@@ -29,8 +29,6 @@ def everything_below(folder: Path) -> bytes:
 
 @pytest.fixture
 def openai(workspace: Path):
-    """Run the command against this server, with the key."""
-
     def start(server: OpenAIServer, *arguments: str):
         surroundings = {"OPENAI_BASE_URL": server.base_url, "OPENAI_API_KEY": KEY}
         return foundry(*arguments, cwd=workspace, **surroundings)
@@ -156,14 +154,6 @@ def test_a_secret_shows_itself_nowhere_and_a_placeholder_leaves_replies_alone(mo
     with pytest.raises(InputError, match="The value of MY_API_KEY is not a key") as caught:
         Secret.from_environment("MY_API_KEY")
     assert "two" not in str(caught.value)
-
-
-@pytest.mark.exhaustive
-def test_a_world_that_shows_images_wants_to_know_whether_the_model_sees(openai):
-    with OpenAIServer() as server:
-        done = openai(server, "model=openai/a", "world=kibo_paper")
-    assert done.returncode == 2
-    assert "Use model.vision=true if it does" in done.stderr
 
 
 SIX = ("world.agents=6", "world.steps=2", "analyze=false", "runner.workers=1")

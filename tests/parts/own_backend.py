@@ -38,8 +38,6 @@ class Paid(Model):
 
 
 class Slow(Paid):
-    """Wants no more than two calls at once."""
-
     server = Serving(
         in_flight=InFlight(min=1, max=2, initial=2),
         retry=Retry(attempts=3, unusable_attempts=1, wait_initial_s=0.01, wait_max_s=0.01),

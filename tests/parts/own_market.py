@@ -42,8 +42,6 @@ class Rumour(Record, frozen=True, kw_only=True):
 
 
 class Market(RoundsScenario):
-    """A good a round, sold to who bids most."""
-
     form: ClassVar[str] = "market"
     kinds: ClassVar[tuple[str, ...]] = ("talk", "bid")
     records: ClassVar[tuple[type[Record], ...]] = (Bid, Price, Agent)
@@ -85,8 +83,6 @@ class Market(RoundsScenario):
 
 
 class Bidder(ScriptedModel):
-    """Bids a number that it has, now and then one that it has not."""
-
     def talk(self, observation: Mapping[str, Any], rng: Generator) -> str:
         return f"I have {observation['cash']}, and heard {len(observation['said'])}."
 

@@ -11,7 +11,6 @@ LOOKS = (6, 9, 12)
 
 
 def condition(model: str, seeds: Sequence[int] = range(12), **factors: str) -> PlannedCondition:
-    """Return a condition of a plan; its runs are called by model and seed."""
     part = Part(name="p", sha256="0")
     return PlannedCondition(
         factors={"model": model, **factors},

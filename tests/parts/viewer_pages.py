@@ -40,7 +40,6 @@ def shown(page: Any, made: SweepFolder, address: str = "", trusted: Sequence[str
 
 
 def saved(page: Any, kind: str) -> bytes:
-    """Return what the table of the runs is saved as: "csv" or "parquet"."""
     with page.expect_download() as waiting:
         page.click(f"[data-save={kind}]")
     return Path(waiting.value.path()).read_bytes()

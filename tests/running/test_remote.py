@@ -27,7 +27,6 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
 
 @pytest.fixture
 def sent(swept: SweepFolder, tmp_path: Path) -> RemoteSweep:
-    """A URL that holds all of the sweep but its last run."""
     remote = RemoteSweep.open((tmp_path / "bucket" / "x").as_uri())
     remote.put_sweep(swept)
     for run in swept.runs()[:-1]:

@@ -80,7 +80,6 @@ class Crowd:
         return replace(run, outcome=np.array(outcomes, dtype=np.int64), utility=luck)
 
     def _actions(self, stream: Generator) -> IntArray:
-        """Return indices of LABELS, (T, N)."""
         shares = np.resize(np.array(self.shares), (self.agents, len(LABELS)))
         found = np.zeros((self.steps, self.agents), dtype=np.int64)
         for step in range(self.steps):

@@ -42,8 +42,6 @@ class House(Record, frozen=True, kw_only=True):
 
 
 class Bar(Scenario):
-    """Agents talk, then go or stay at home, and name what they would pay."""
-
     form = "rounds"
     kinds = (TALK, GO, PAY)
     records = (BarStep, Message, Agent, Evening, House)
@@ -71,8 +69,6 @@ class Bar(Scenario):
 
 
 class BarPictures(Redrawing):
-    """A bar for every agent, in the colour of what it did."""
-
     def __init__(self, steps: Sequence[BarStep], agents: int) -> None:
         self.done = {(step.step, step.agent): step.action for step in steps if step.kind == GO}
         self.agents = agents

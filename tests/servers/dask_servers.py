@@ -71,7 +71,6 @@ class Cluster:
 
 @contextlib.contextmanager
 def dask_cluster(folder: Path) -> Iterator[Cluster]:
-    """Start a scheduler; it and its workers are gone afterwards."""
     cluster = Cluster(folder)
     try:
         yield cluster

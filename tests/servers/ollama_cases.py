@@ -11,8 +11,6 @@ from aiohttp import web
 
 @dataclass(frozen=True)
 class ChatCase:
-    """How one chat call is answered."""
-
     text: str = ""
     thinking: str | None = None
     done: bool = True
@@ -32,8 +30,6 @@ class ChatCase:
 
 @dataclass
 class FakeModel:
-    """One installed model; `more` is what its rows say besides."""
-
     name: str
     digest: str = "a1" * 32
     capabilities: tuple[str, ...] = ("completion",)
@@ -224,7 +220,6 @@ def json_response(value: Body, status: int = 200) -> web.Response:
 
 
 async def send(request: web.BaseRequest, case: ChatCase, reply: Body) -> web.StreamResponse:
-    """Send the answer to a chat call, whole or broken as the case asks."""
     content = msgspec.json.encode(reply) if case.raw is None else case.raw
     if case.drop and not case.cut:
         content = b""

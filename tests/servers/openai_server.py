@@ -15,8 +15,6 @@ Body = dict[str, Any]
 
 @dataclass(frozen=True)
 class ChatCase:
-    """How one chat call is answered."""
-
     text: str | list[Body] | None = ""
     message: Mapping[str, Any] = field(default_factory=dict)
     finish_reason: str | None = "stop"

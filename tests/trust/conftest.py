@@ -42,7 +42,6 @@ def run_of(path: Path, model: str, seed: int = 0) -> RunFolder:
 
 @pytest.fixture(scope="session")
 def grid_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A served model and a population that it is half of, two seeds each."""
     folder = tmp_path_factory.mktemp("grid")
     with OllamaServer() as server:
         overrides = ("-m", f"model=qwen3:4b,{MIX}", "seed=0-1", *SMALL)

@@ -82,11 +82,6 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
         (("--at", "3", "world.agents=5"), "agents.jsonl has 4 lines"),
         (("--at", "3", "world.half_size=20"), "change steps before the fork: at step 1"),
         (("--at", "3", "modl=x"), "Did you mean 'model'"),
-        pytest.param(
-            ("--at", "3", "world=gallery"),
-            "These overrides change steps before the fork: at step 1",
-            marks=pytest.mark.exhaustive,
-        ),
     ],
 )
 def test_what_cannot_be_continued_is_refused(

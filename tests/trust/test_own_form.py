@@ -22,7 +22,6 @@ STREAMS = ("agents", "prices", "steps")
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A folder beside which the user's own parts are."""
     folder = tmp_path_factory.mktemp("home")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(write_market(folder))

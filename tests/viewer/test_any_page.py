@@ -49,7 +49,6 @@ ORANGE = "230,159,0"
 
 @pytest.fixture(scope="module")
 def bar(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
-    """Two models; the agents of the second do otherwise from step 4 on."""
     made = rounds.sweep(tmp_path_factory.mktemp("bar") / "bar")
     first, second = made.runs()
     rounds.whole_run(first)

@@ -73,7 +73,6 @@ class Circle(rounds.Bar):
 
 
 def write_circle(folder: Path, server_part: str = SERVER_PART, page_part: str = PAGE_PART) -> Path:
-    """Write `mine/forms/circle.py` and its page; returns the folder."""
     (folder / "mine" / "forms").mkdir(parents=True)
     (folder / "mine" / "forms" / "circle.py").write_text(server_part, encoding="utf-8")
     (folder / "mine" / "forms" / "circle.js").write_text(page_part, encoding="utf-8")
@@ -129,7 +128,6 @@ def circle_sweep(folder: Path) -> SweepFolder:
 
 @pytest.fixture
 def circle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SweepFolder:
-    """A whole run of a form that is defined in `mine/` alone."""
     monkeypatch.setenv(VARIABLE, str(write_circle(tmp_path)))
     return circle_sweep(tmp_path)
 

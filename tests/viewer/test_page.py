@@ -157,22 +157,3 @@ def test_an_address_that_leads_nowhere_is_said_to_do_so(page: Any, server: ViewS
         page.wait_for_selector("[role=alert]")
         assert said in page.text_content("[role=alert]")
         assert page.locator("tbody tr[data-run]").count() == 0
-
-
-def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server, run_address(made_up, rest="?step=1"))
-    page.wait_for_function("() => Foundry.page.data.marked === 6")
-    page.keyboard.press("x")
-    page.wait_for_selector("tr[data-agent='2'] .is-repaired")
-    page.click("tbody tr[data-agent] >> nth=0 >> button")
-    page.wait_for_function("() => Foundry.page.ownMarks")
-    assert page.input_value("[aria-label=Agent]") == "2"
-    assert "of agent 2 alone" in page.text_content(".legend")
-    page.keyboard.press("x")
-    assert where(page) == f"step 3 of {STEPS}", "agent 2 has no later failure"
-    page.select_option("[aria-label=Agent]", "0")
-    page.wait_for_function("() => Foundry.page.ownMarks?.undecided[3] === 1")
-    page.focus("#main")
-    page.keyboard.press("x")
-    assert where(page) == f"step 4 of {STEPS}"
-    page.wait_for_selector(".happening >> text=not analysed: foundry analyze")

@@ -13,7 +13,6 @@ import yaml
 from analysis.measuring.events import Event, EventsFile
 from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
-from foundry.viewer import catalog
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 from made_up_runs import AGENTS, STEPS, Playing, step, sweep, whole_run
 
@@ -97,19 +96,6 @@ def test_each_joint_analysis_has_a_folder_of_its_own_also_with_many_sweeps(tmp_p
         "analysis_with_11_oth",
     ]
     assert first.analysis_dir_with(others[1:]) not in joint and first.analysis_dir_with([]) == first.analysis_dir
-
-
-def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_end(
-    made_up: SweepFolder, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(catalog, "LOOKED_AT_ONCE", 1)
-    monkeypatch.setattr(catalog, "FEW", 1)
-    opened = Resources(made_up.path)
-    assert ask(opened, "sweep/made-up")["counts"] == {"complete": 1}
-    assert ask(opened, "sweep/made-up")["counts"] == {"complete": 2}
-    ask(opened, "sweep/made-up/rows/0")
-    head = ask(opened, "sweep/made-up")
-    assert head["counts"] == {"complete": 3, "failed": 1} and head["runs"] == 4
 
 
 def test_a_run_has_its_events_its_score_and_its_neighbours_once_it_is_analysed(tmp_path: Path):

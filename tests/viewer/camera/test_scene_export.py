@@ -29,8 +29,6 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 class Glb:
-    """A GLB taken apart."""
-
     def __init__(self, content: bytes) -> None:
         magic, version, length = struct.unpack_from("<4sII", content)
         assert (magic, version, length) == (b"glTF", 2, len(content))
@@ -126,7 +124,6 @@ def test_the_same_scene_gives_the_same_bytes():
 
 @pytest.fixture
 def own_scene(workspace: Path) -> RunFolder:
-    """A run in a scene of the user's own."""
     shutil.copy(assets_dir() / "gallery.usdz", "rooms.usdz")
     overrides = ("world=usd", "scene=rooms.usdz", "task=Look", "world.steps=1")
     settings = ("model=scripted/stay", "output.dir=out", "analyze=false", "runner.workers=1")

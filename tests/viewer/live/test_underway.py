@@ -14,7 +14,6 @@ from made_up_runs import Playing, sweep, whole_run
 
 
 def report(made: SweepFolder, *opened: RunFolder, **more: Any) -> None:
-    """Report of these runs as a worker that has them open."""
     told = {"open": [run.id for run in opened], "models": {}, **more}
     made.progress_file("0-1").write_text(json.dumps(told), encoding="utf-8")
 

@@ -42,7 +42,6 @@ def served(played: SweepFolder, copies: list[Path]) -> Iterator[ViewServer]:
 
 @pytest.fixture
 def made(copies: list[Path]) -> SweepFolder:
-    """A copy that no other test has written to."""
     return SweepFolder.open(copies.pop())
 
 

@@ -43,12 +43,10 @@ def search(played: SweepFolder) -> Iterator[TextSearch]:
 
 @pytest.fixture
 def made(played: SweepFolder, search: TextSearch, tmp_path: Path) -> SweepFolder:
-    """A copy for one test, with its index."""
     return SweepFolder.open(shutil.copytree(played.path, tmp_path / "texts"))
 
 
 def indexed(search: TextSearch) -> None:
-    """Ask for something, and wait until all runs are in the index."""
     search.find(Query("every", "begin"))
     assert search._thread is not None
     search._thread.join()

@@ -57,11 +57,9 @@ class Forms:
     server: ViewServer
 
     def run(self, form: str, index: int = 0) -> str:
-        """Return the address of the n-th run of a sweep."""
         return f"run/{form}/{getattr(self, form).runs()[index].id}"
 
     def compared(self, form: str) -> str:
-        """Return the address at which a run of each model stands beside the other."""
         runs = getattr(self, form).runs()
         return f"compare/{form}/{runs[0].id}/{runs[len(runs) // 2].id}"
 
@@ -97,7 +95,6 @@ def write_grid(folder: Path) -> SweepFolder:
 
 
 def write_rounds(folder: Path) -> SweepFolder:
-    """Write agents that do otherwise from step 4 on."""
     made = made_up_rounds.sweep(folder / "rounds")
     first, second = made.runs()
     made_up_rounds.whole_run(first)

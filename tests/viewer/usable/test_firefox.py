@@ -114,7 +114,6 @@ class Firefox:
         self.evaluate(f"{_one(selector)}.click()")
 
     def press(self, *keys: str) -> None:
-        """Press keys by their names, or signs."""
         pressed = [{"type": kind, "value": KEYS.get(key, key)} for key in keys for kind in ("keyDown", "keyUp")]
         actions = [{"type": "key", "id": "key", "actions": pressed}]
         self._do("input.performActions", context=self._context, actions=actions)

@@ -95,7 +95,6 @@ PAGES = {
 
 
 def open_page(page: Any, forms: Forms, what: str) -> None:
-    """Show a page, and wait until all of it that can be pressed is there."""
     kind, _, form = what.partition(" ")
     address = {"run": forms.run, "compared": forms.compared}[kind](form) if form else what
     go(page, forms.server.url, address)

@@ -25,8 +25,6 @@ def told() -> dict[str, int]:
 
 @dataclass
 class Hand:
-    """Does what a person does with a page, and counts it."""
-
     page: Any
     count: int = field(default=0)
 

@@ -20,7 +20,6 @@ SEEN = """wanted => {
 
 @pytest.fixture(scope="module")
 def telephone(forms: Forms) -> Iterator[Any]:
-    """A page of a 2D run on a narrow screen that is touched."""
     with browser_page(width=400, height=800, touch=True) as page:
         go(page, forms.server.url, f"{forms.run('grid')}?step=2")
         page.wait_for_function("() => Foundry.page.grid.spots && Foundry.page.data.marked === 6")
@@ -29,7 +28,6 @@ def telephone(forms: Forms) -> Iterator[Any]:
 
 
 def in_sight(page: Any, selector: str) -> dict[str, float]:
-    """Return where an element is once it is scrolled to."""
     page.locator(selector).scroll_into_view_if_needed()
     return dict(page.locator(selector).bounding_box())
 

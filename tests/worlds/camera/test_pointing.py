@@ -56,7 +56,6 @@ def red(scene: Scene, pose: Pose) -> Any:
 
 
 def box_of(mask: Any) -> Any:
-    """Return the (2, 2) upper left and lower right of the pixels of a mask."""
     rows, columns = np.nonzero(mask)
     return np.array([[columns.min(), rows.min()], [columns.max() + 1, rows.max() + 1]])
 

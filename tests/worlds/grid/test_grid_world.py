@@ -42,7 +42,6 @@ def go(direction: str, memory: str = "") -> Answer:
 
 
 def play(world: World, steps: int, seed: int = 0) -> list[Record]:
-    """Answer with drawn messages and moves, some of them unreadable."""
     rng = np.random.default_rng(seed)
     records: list[Record] = []
     while not world.finished and world.step < steps:

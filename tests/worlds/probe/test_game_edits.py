@@ -26,7 +26,6 @@ def naming(**changes: Any) -> NamingGame:
 
 
 def asked_after(scenario: Scenario, *rounds: Sequence[Any], seed: int = 0) -> list[Question]:
-    """Return what is asked after rounds of these decisions, by agent."""
     world = scenario.start(seed)
     for decisions in rounds:
         world.advance([Answer(deciding(decisions[question.agent])) for question in world.pending()])

@@ -24,7 +24,6 @@ def world() -> GridScenario:
 
 
 def played(scenario: Scenario) -> tuple[list[Question], list[LoggedAnswer]]:
-    """Return what is asked in an episode, and what was answered."""
     pairs = greeted(scenario)
     past = [
         LoggedAnswer(step=one.step, agent=one.agent, kind=one.kind, text=text, ending="stop") for one, text in pairs

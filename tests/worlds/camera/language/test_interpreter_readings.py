@@ -33,7 +33,6 @@ def labelled(half: str) -> list[dict[str, Any]]:
 
 
 def verdict(label: dict[str, Any], command: Command) -> str:
-    """Return `exactly`, `invented` or `missed`."""
     move = None if command.translate is None else (command.translate.bearing, command.translate.distance)
     pairs = [(move, label["move"]), (command.turn, label["turn"]), (command.gaze, label["gaze"])]
     same = [_is_same(read, asked) for read, asked in pairs]
