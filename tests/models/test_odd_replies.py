@@ -110,7 +110,9 @@ def test_whatever_a_refusal_holds_is_an_error_with_a_name(content: bytes, status
 
 
 @given(
-    st.text(max_size=30) | st.from_regex(r"[A-Z][a-z]{2}, \d+ [A-Z][a-z]{2} \d+ \d+:\d+:\d+ [+-]\d+", fullmatch=True)
+    st.sampled_from(["-1", "inf", "nan", "Tue, 99 Foo 2026", "9" * 400 + "h"])
+    | st.text(max_size=30)
+    | st.from_regex(r"[A-Z][a-z]{2}, \d+ [A-Z][a-z]{2} \d+ \d+:\d+:\d+ [+-]\d+", fullmatch=True)
 )
 def test_whatever_headers_ask_is_a_finite_wait_or_none(text: str):
     names = ("retry-after", "retry-after-ms", "x-ratelimit-reset-tokens", "x-ratelimit-remaining-tokens")

@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -261,3 +262,35 @@ def test_a_table_on_a_narrow_terminal_breaks_texts_at_spaces_and_keeps_names_who
     narrow = Console(file=io.StringIO(), width=20)
     narrow.print(frame_table([(name, prose, prose)], ("model", "found", "what to do")))
     assert max(map(len, narrow.file.getvalue().splitlines())) <= 20  # type: ignore[attr-defined]
+
+
+def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sweep, tmp_path, monkeypatch):
+    folder = SweepFolder.create(tmp_path / "ending", sweep, {}, [])
+    folder.start_progress()
+    listed = os.scandir
+
+    def just_removed(path):
+        monkeypatch.setattr(os, "scandir", listed)
+        folder.end_progress()
+        return listed(path)
+
+    monkeypatch.setattr(os, "scandir", just_removed)
+    assert folder.progress() == {}
+    assert not (folder.path / "progress").exists()
+
+
+def test_a_command_begins_though_another_removes_the_folder_of_reports_meanwhile(
+    sweep: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
+    folder.start_progress("old")
+    touched = Path.touch
+
+    def just_removed(path: Path) -> None:
+        monkeypatch.setattr(Path, "touch", touched)
+        folder.end_progress("old")
+        touched(path)
+
+    monkeypatch.setattr(Path, "touch", just_removed)
+    folder.start_progress("new")
+    assert (folder.stop_asked("old"), folder.stop_asked("new")) == (True, False)
