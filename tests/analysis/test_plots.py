@@ -32,11 +32,10 @@ from analysis.measuring.runs import Source, measure_run
 from analysis.plots import FORMATS, Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
-from analysis.plots.labels import keys, wrapped
-from analysis.plots.panel import GroupValues, Scale, draw_panel, jitter, panel_height
-from analysis.plots.rounds import Curve, curves_figure
+from analysis.plots.labels import keys
+from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
 from analysis.plots.saving import settle, styled
-from analysis.prose import percent, text_width
+from analysis.prose import percent
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.signature_table import build_table
@@ -184,20 +183,6 @@ def test_in_every_panel_chance_is_a_line_and_no_scale_begins_or_has_a_tick_where
     assert all(0.0 in upright(ax) for ax in tested)
 
 
-def test_lines_by_round_begin_where_values_can_be():
-    nothing = np.zeros(5)
-    with styled():
-        none, some = curves_figure(
-            [
-                ("flat", [Curve("a", nothing, nothing, nothing, 3)]),
-                ("not", [Curve("a", nothing + 0.5, nothing, nothing + 1, 3)]),
-            ],
-            Scale(0.0, 1.0),
-        ).axes
-    assert none.get_yticks().tolist() == [0]
-    assert all(within(ax.get_ylim(), ax.get_yticks(), Scale(0.0, 1.0)) for ax in (none, some))
-
-
 def test_a_panel_shows_groups_with_their_seeds_baselines_in_grey_and_that_there_is_no_value():
     values = np.array([0.1, 0.2, NAN])
     groups = GroupValues("first", values, 0.15, 0.1, 0.2), GroupValues("second", values, 0.15, NAN, NAN)
@@ -234,20 +219,6 @@ def test_models_look_apart_and_each_the_same_in_every_world_and_part_with_lines_
 def shown_of(groups, columns, models, baselines=()) -> dict[tuple[str, ...], ShownGroup]:
     compared = SimpleNamespace(groups=groups, group_columns=columns, baselines=frozenset(baselines), models=models)
     return {shown_group.group: shown_group for shown_group in shown_groups(compared)}
-
-
-def test_no_tick_stands_where_no_value_can_be_and_equal_values_are_spread_and_have_room():
-    ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t", Scale(0.0, 1.0))
-    low, high = ax.get_xlim()
-    assert -0.01 < low < 0 < high
-    assert min(ax.get_xticks()) == 0
-    ax = draw_panel(axes(), [GroupValues("a", np.array([0.2, 1.0]), 0.6, NAN, NAN)], "t", Scale(0.0, 1.0))
-    assert max(ax.get_xticks()) <= 1
-    ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t")
-    assert ax.get_xlim() == pytest.approx((-0.053, 0.053))
-    assert ax.get_xticks().tolist() == [0]
-    assert len(set(jitter(5).tolist())) == 5
-    assert np.abs(jitter(50)).max() < 0.5
 
 
 def test_chance_and_the_best_are_marked_where_they_are_known_and_said_to_those_who_do_not_see_it():
@@ -363,22 +334,6 @@ def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]
     without = draw_topdown(axes(), TopDown("scene", np.zeros(2), np.zeros((0, 2)), 0.5, (path,)))
     assert "goal" not in [text.get_text() for text in without.get_legend().get_texts()]
-
-
-@pytest.mark.parametrize(
-    ("label", "expected"),
-    [
-        ("short", "short"),
-        ("qwen3:4b-instruct-2507-q4_K_M", "qwen3:4b-instruct-\n2507-q4_K_M"),
-        ("a" * 25, "a" * 20 + "\n" + "a" * 5),
-        ("a / prompt with blanks", "a / prompt with\nblanks"),
-        ("日" * 12, "日" * 10 + "\n" + "日" * 2),
-        ("", ""),
-    ],
-)
-def test_long_labels_are_wrapped(label: str, expected: str):
-    assert wrapped(label) == expected
-    assert all(text_width(line) <= 20 for line in wrapped(label).split("\n"))
 
 
 def test_long_names_get_letters_and_rows_high_enough_for_their_labels():

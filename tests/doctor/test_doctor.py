@@ -147,12 +147,6 @@ def test_a_sweep_that_is_run_with_too_few_seeds_names_the_command_that_adds_them
     assert added.returncode == 0 and "can be claimed; add seeds" not in added.stdout, "it counts the seeds of before"
 
 
-def test_the_table_says_the_same_for_people(tmp_path: Path):
-    with OllamaServer() as server:
-        done = succeeds("doctor", "--no-calls", "model=llama3.2", *FEW, cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert "versions" in done.stdout and "digest b2b2b2b2b2b2" in done.stdout
-
-
 def test_a_model_that_is_not_there_is_a_problem(tmp_path: Path):
     with OllamaServer() as server:
         code, found = findings(server, tmp_path, "model=lama3.2")

@@ -117,10 +117,6 @@ def test_a_secret_in_a_reply_ends_the_export(sweep: SweepFolder, monkeypatch: py
         list(again.runs[0].calls())
 
 
-def test_a_folder_without_a_sweep_is_refused(tmp_path: Path):
-    assert "Folder 'nowhere' does not exist" in exported("inspect", "nowhere", cwd=tmp_path, code=2)
-
-
 def test_a_probe_is_exported_without_scores_since_it_is_compared_by_moment(tmp_path: Path):
     small = ("model=scripted/random", "seed=0", "world.agents=2", "world.steps=2", "analyze=false")
     succeeds(*small, "output.dir=pilot", cwd=tmp_path)

@@ -110,15 +110,6 @@ def test_the_keyboard_goes_through_moments_and_edits(page: Any):
     assert "edit" not in page.url
 
 
-def test_filters_leave_the_moments_that_are_like_that(page: Any):
-    every = page.locator(".moments button").count()
-    page.get_by_label("Kind", exact=True).select_option("message")
-    kinds = page.locator(".moments small").all_text_contents()
-    assert 0 < len(kinds) < every
-    assert all(kind.startswith("message") for kind in kinds)
-    page.get_by_label("Kind", exact=True).select_option("")
-
-
 def test_axe_finds_nothing_wrong_with_the_moments_of_a_probe(page: Any):
     axe.check(page)
 

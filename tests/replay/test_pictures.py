@@ -17,8 +17,7 @@ from foundry.palette.fonts import families, letters_by_file
 from foundry.replay import pictures as drawing
 from foundry.replay.pictures import Picture, pictures
 from foundry.replay.recording import Recording, read_recording, redrawing_of
-from foundry.replay.telling import band, band_height, boxes_note, in_lines, said_by_step, width_of
-from foundry.replay.tiling import Tile, tiled
+from foundry.replay.telling import band, band_height, boxes_note, said_by_step, width_of
 from foundry.storing.store import RunFolder, frame_name
 from foundry.worlds.camera.eye.overview import TEXT_PX
 
@@ -103,15 +102,6 @@ def test_runs_stand_side_by_side_below_their_captions_and_one_that_is_over_keeps
     assert (early[:60, 800:] != late[:60, 800:]).any()
 
 
-def test_three_pictures_stand_in_two_rows_of_the_size_of_the_largest():
-    tiles = []
-    for width, height in ((200, 20), (100, 40), (50, 50)):
-        content = io.BytesIO()
-        Image.new("RGB", (width, height), "red").save(content, "PNG")
-        tiles.append(Tile(content.getvalue(), "a run"))
-    assert Image.open(io.BytesIO(tiled(tiles))).size == (2 * 200, 2 * (band_height(2) + 50))
-
-
 @pytest.mark.slow
 def test_a_film_says_whose_run_it_is_at_which_step_and_what_was_said_to_whom(grid_runs: list[RunFolder]):
     talking = next(run for run in grid_runs if run.messages_bytes())
@@ -130,15 +120,6 @@ def test_a_film_says_whose_run_it_is_at_which_step_and_what_was_said_to_whom(gri
     whole, state = pixels(frame), pixels(plain)
     assert (whole[60:860] == state).all()
     assert whole[:60].min() < 80 and whole[860:].min() < 80
-
-
-def test_long_messages_are_wrapped_and_those_without_room_are_counted():
-    japanese = "agent 1 to 2: " + "火事です逃げて" * 40
-    lines = in_lines([japanese, "agent 2 to nobody: short"], 300, 4)
-    assert len(lines) == 3 and lines[1].endswith("…") and lines[2] == "agent 2 to nobody: short"
-    assert max(map(width_of, lines)) <= 300
-    assert in_lines(["a", "b", "c", "d"], 300, 3) == ["a", "b", "and 2 more"]
-    assert in_lines(["one"], 300, 0) == []
 
 
 @pytest.fixture

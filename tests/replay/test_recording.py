@@ -11,7 +11,6 @@ from foundry.commands.replay import chosen_steps
 from foundry.errors import InputError, RecordError
 from foundry.replay.pictures import pictures
 from foundry.replay.recording import Recording, read_recording
-from foundry.replay.tiling import captions
 from foundry.storing.store import RunFolder, find_run
 
 
@@ -92,13 +91,6 @@ def test_only_the_world_of_a_record_is_built(grid_runs: list[RunFolder]):
     assert list(pictures([retargeted(recording, "model", "elsewhere.Model")], [0], workers=1))
     with pytest.raises(InputError, match="world: the recorded target 'os.system' is refused"):
         list(pictures([retargeted(recording, "world", "os.system")], [0], workers=1))
-
-
-def test_captions_say_the_model_the_seed_and_what_differs(grid_runs: list[RunFolder]):
-    first, second = captions([read_recording(run) for run in grid_runs[:2]])
-    prompts = [run.config()["prompt"]["name"] for run in grid_runs[:2]]
-    assert first == f"scripted/echo, prompt {prompts[0]}, seed 0"
-    assert second == f"scripted/echo, prompt {prompts[1]}, seed 0"
 
 
 @pytest.mark.parametrize(

@@ -132,16 +132,6 @@ def test_pictures_and_films_are_drawn_by_the_runs_world(workspace: Path):
     assert imageio_ffmpeg.count_frames_and_secs(str(workspace / "run.mp4"))[0] == 4
 
 
-def test_pictures_that_grow_are_fitted_into_the_first_ones_size(workspace: Path):
-    run = bar_run(workspace, "Growing")
-    succeeds("replay", str(run.path), "--video", "run.gif", *TRUST, cwd=workspace)
-    with Image.open(workspace / "run.gif") as picture:
-        picture.seek(3)
-        assert (picture.size, picture.n_frames) == ((300, 60 + 120 + 60), 4)
-        beside, within = picture.convert("RGB").getpixel((20, 80)), picture.convert("RGB").getpixel((117, 80))
-    assert min(beside) > 250 > min(within), "the whole picture is there, with white on both sides"
-
-
 @pytest.mark.parametrize(
     ("world", "arguments", "said"),
     [

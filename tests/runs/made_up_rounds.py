@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import msgspec
-from PIL import Image, ImageDraw, ImageOps
+from PIL import Image, ImageDraw
 
 from foundry.declared import Actions
 from foundry.records import Agent, Call, Message, Outcome, Record, RoundStep
@@ -185,18 +185,3 @@ class Undrawn(Bar):
 class Spoilt(Bar):
     def redraw(self, recorded: Recorded) -> Redrawing:
         return {}["seat"]
-
-
-class Growing(Bar):
-    def redraw(self, recorded: Recorded) -> Redrawing:
-        return GrowingPictures(msgspec.json.Decoder(BarStep).decode_lines(recorded.steps), self.agents)
-
-
-class GrowingPictures(BarPictures):
-    """Pictures that are higher by their first height for every step."""
-
-    def draw(self, step: int) -> bytes:
-        small = Image.open(io.BytesIO(super().draw(step)))
-        content = io.BytesIO()
-        ImageOps.expand(small, (0, 0, 0, 120 * step)).save(content, "PNG")
-        return content.getvalue()

@@ -59,15 +59,6 @@ def test_agents_of_two_sorts_differ_by_the_variance_of_their_chances(crowd: Crow
     assert half_width(values) < 0.08
 
 
-def test_what_goes_with_a_persona_is_the_variance_of_the_chances_between_its_groups():
-    groups = ["a", "b", "a2", "b2", "a2"] * 2
-    every = np.array([TWO_SORTS["ab".index(group[0])] for group in groups])
-    crowd = Crowd(shares=every.tolist(), steps=30, agents=10, groups=groups)
-    values = found(map(crowd.play, range(40)), persona_effect, "role")["role"]
-    assert values.mean() == pytest.approx(between(every) / differing(every), abs=half_width(values))
-    assert half_width(values) < 0.04
-
-
 def numbers(rows: Sequence[Sequence[float]]) -> AnyRun:
     """Return a run of numbers by step and agent."""
     decided = [(t + 1, i, one) for t, row in enumerate(rows) for i, one in enumerate(row)]

@@ -24,10 +24,6 @@ def test_a_sweep_loads_as_tidy_tables(camera_sweep):
     assert loaded.episodes["run"].tolist() == loaded.runs["run"].tolist()
 
 
-def test_a_sweep_of_2d_runs_has_no_episodes(make_sweep):
-    assert len(analysis.load(make_sweep([make_condition("a", [0])]).path).episodes) == 0
-
-
 @pytest.mark.parametrize("name", ["steps.jsonl", "episode.jsonl"])
 def test_a_file_that_the_run_did_not_write_is_named(camera_sweep, name):
     folder = camera_sweep()

@@ -43,19 +43,6 @@ def test_a_text_without_a_label_is_never_taken_for_harmless(recorded):
     assert measures["warning_share"] == pytest.approx(sum(RULE[text] for text in labelled) / len(labelled))
 
 
-def test_messages_that_could_not_be_read_count_as_not_said(recorded):
-    run = recorded(seed=3).run
-    said = run.said.copy()
-    said[~run.message_readable] = None
-    heard = run.message_readable[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]
-    silent = dataclasses.replace(run, said=said, deliveries=run.deliveries[heard])
-    measures, expected = warning.measure(run.only_readable()), warning.measure(silent)
-    assert measures["n_messages"] < warning.measure(run)["n_messages"]
-    relays = {"relay_probability", "relay_above_chance", "n_chances"}
-    kept = set(measures) - relays
-    assert same({name: measures[name] for name in kept}, {name: expected[name] for name in kept})
-
-
 def test_who_warns_because_it_was_warned_relays_above_chance(recorded):
     run = recorded(seed=2, habits=Habits(speak=0.6, unreadable=0), steps=60, agents=12).run
     said, knows = run.said.copy(), np.zeros(run.agents, dtype=bool)

@@ -92,17 +92,6 @@ def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_sa
     assert rows.keys() - fewer.keys() == {"place_choice.share_library"}
 
 
-@pytest.mark.slow
-def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path):
-    small = ("seed=0", "world.agents=2", "world.steps=2", "analyze=false")
-    succeeds("model=scripted/stay", *small, "output.dir=pilot", cwd=tmp_path)
-    probe = ("probe", "pilot", "-m", "model=scripted/stay", "moments=2", "repeats=1", "analyze=false")
-    succeeds(*probe, "output.dir=probed", cwd=tmp_path)
-    found = card("scripted/stay", [tmp_path / "pilot", tmp_path / "probed"])
-    assert [row[0] for row in found.facts.rows] == ["pilot", "probed"]
-    assert len(found.settings) == 1 and found.facts.caption.endswith(PROBES)
-
-
 def test_the_command_writes_page_and_text_from_folders_and_bundles_under_names_that_any_system_takes(sweeps, tmp_path):
     bundle, page = tmp_path / "second.tar.zst", tmp_path / "out" / "card.html"
     write_bundle(sweeps[1].path, bundle)

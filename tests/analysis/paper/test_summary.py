@@ -37,7 +37,6 @@ NONE_TESTED = "p = .800 after correction for 3 tests (level .05)"
 FLAT = {"p": NAN, "p_adjusted": NAN, "significant": False}
 LEFT = {**NONE, **FLAT}
 GAP = "0.23 against 0.21, difference 0.02 [-0.1, 0.14]"
-BOTH = "b and a"
 SILENT = f"b and a could not be compared in {REACH}, because "
 MARGIN = {"margin": 0.2, "p_equivalence_holm": 0.01, "equivalent": True}
 SAME = f"b and a differ in {REACH} by less than the declared margin of 0.2: 0.23 against 0.21, "
@@ -70,7 +69,6 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
     ("changes", "right"),
     [
         ({}, FOUND + TESTED),
-        ({"family": 1}, FOUND + "p = .004 in a single test (level .05)"),
         ({"look": 3}, FOUND + "p = .004 after correction for 3 tests and 3 looks (level .05)"),
         (
             {**MISSING, "bound_low": 0.11, "bound_high": 0.29},
@@ -78,45 +76,11 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
             "0.29",
         ),
         (
-            {**MISSING, "bound_low": -0.02, "bound_high": 0.4},
-            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from -0.02 to "
-            "0.4, so they could reverse the result",
-        ),
-        (
             {**NONE, **MISSING},
             f"{NONE_FOUND}20 seeds, {NONE_TESTED}; missing in 2 of 22 seeds; the values of the measure have no limits, "
             "so missing seeds could change the difference by any amount",
         ),
-        (
-            {"note": "a's server repeats 8 of 10 calls exactly"},
-            f"{FOUND}{TESTED}; a's server repeats 8 of 10 calls exactly",
-        ),
-        ({"low": NAN, "high": NAN}, FOUND.replace(" [0.1, 0.34]", "") + TESTED),
-        ({"context": "prompt=paper"}, FOUND.replace("than a:", "than a (prompt=paper):") + TESTED),
-        (
-            {"difference": -0.22, "mean_level": 0.21, "mean_reference": 0.43, "low": -0.34, "high": -0.1},
-            f"b warns its neighbours less than a: {REACH} 0.21 against 0.43, difference -0.22 [-0.34, -0.1], 20 seeds, "
-            + TESTED,
-        ),
-        (
-            {"margin": 0.5, "p_equivalence_holm": 0.01, "equivalent": True},
-            f"{FOUND}{TESTED}; the difference is within the declared margin of 0.5, so it is too small to matter",
-        ),
         ({"margin": 0.1}, FOUND + TESTED),
-        (
-            {"factor": "prompt", "level": "japanese", "reference": "paper"},
-            FOUND.replace("b warns", "With prompt=japanese the model warns").replace(
-                "than a:", "than with prompt=paper:"
-            )
-            + TESTED,
-        ),
-        (
-            {"measure": "idle_rate.chosen"},
-            FOUND.replace("warns its neighbours more", "stays where it is more often").replace(
-                REACH, "idle_rate.chosen"
-            )
-            + TESTED,
-        ),
         (
             {"measure": "warning.depth"},
             FOUND.replace("warns its neighbours more", "has a higher value of 'Longest chain of warnings'").replace(
@@ -131,25 +95,9 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (NONE, f"{NONE_FOUND}20 seeds, {NONE_TESTED}"),
         (
-            {**NONE, "n_pairs": 10},
-            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; with fewer than 20 seeds, only large differences can be detected",
-        ),
-        (
             {**NONE, "low": 0.01},
             f"{NONE_FOUND.replace('[-0.1', '[0.01')}20 seeds, {NONE_TESTED}; the uncorrected interval of the "
             "difference excludes 0",
-        ),
-        (
-            {**NONE, "n_pairs": 10, "margin": 0.1, "widest": 1.0, "n_within": 10, "p_equivalence_holm": 0.3},
-            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; in all 10 seeds the difference is at most 0.1, but up to 26 % of "
-            "all seeds could differ by more (95 %); to show equality, use at least 29 seeds; with fewer than 20 "
-            "seeds, only large differences can be detected",
-        ),
-        (
-            {**NONE, "margin": 0.1, "n_within": 19},
-            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; in 19 of 20 seeds the difference is at most 0.1, but up to 22 % of "
-            "all seeds could differ by more (95 %); to show equality, declare a widest difference, because "
-            "the values of the measure have no limits",
         ),
         (
             {**NONE, "n_pairs": 30, "margin": 0.1, "widest": 1.0, "n_within": 29},
@@ -174,19 +122,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
             f"{FOUND.replace('[0.1, 0.34]', '[0.01, 0.43]')}{TESTED}; the difference is within the "
             "declared margin of 0.2, so it is too small to matter; the interval goes beyond the margin",
         ),
-        (
-            {**NONE, "n_pairs": 8, "out_of_reach": "no p can reach 0.05 with 8 pairs among 29 tests"},
-            f"{SILENT}no p can reach 0.05 with 8 pairs among 29 tests: {GAP}, 8 seeds",
-        ),
-        (
-            {**LEFT, "n_pairs": 1, "low": NAN, "high": NAN, "test": "not tested: n < 6", "note": "one value"},
-            f"{SILENT}fewer than 6 seeds only describe these runs: 0.23 against 0.21, difference 0.02, 1 seed",
-        ),
         ({**LEFT, "n_pairs": 0, "test": "not tested: no pair"}, f"{SILENT}no seed has a value for both"),
-        (
-            {**LEFT, "difference": 0.0, "low": NAN, "high": NAN, "test": "not tested: no difference in any seed"},
-            f"{SILENT}both are equal in every seed: 0.23 against 0.21, difference 0, 20 seeds",
-        ),
         (
             {**LEFT, "look": 0, "test": "not tested: before the first look"},
             f"{SILENT}the runs of the first declared look are incomplete: {GAP}, 20 seeds",

@@ -8,11 +8,10 @@ import msgspec
 import pytest
 
 from analysis.form import form_of
-from analysis.paper.methods import methods, seeds_text
-from analysis.prose import joined
+from analysis.paper.methods import methods
 from analysis.report import overview, render
 from analysis.report.cards import cards, marked
-from analysis.report.definitions import Block, blocks, definitions
+from analysis.report.definitions import definitions
 from analysis.report.limits import limits
 from analysis.report.material import Material, gather
 from analysis.report.provenance import (
@@ -27,11 +26,8 @@ from analysis.report.provenance import (
     world_differences,
 )
 from analysis.report.sections import (
-    comparison_grid,
-    contrast_grids,
     energy_grid,
     run_grids,
-    signature_sections,
     variance_grid,
 )
 from analysis.signatures import discover
@@ -40,8 +36,6 @@ from commands import foundry, refusal, succeeds
 from foundry.records import Counts
 from foundry.viewer.server import serving
 from walkers import WORLD, make_condition, rewrite_run
-
-NUMBER = re.compile(r"(?<![\w.-])-?[\d,]+(?:\.\d+)?(?:e-\d+)?(?![\w%])")
 
 
 def with_analysis(material: Material, **values: Any) -> Material:
@@ -140,29 +134,6 @@ def test_runs_are_listed_with_causes_first_unreadable_decisions_and_links_of_tho
     assert link(member, hostile_sweep.path.parent / "pages").href == f"../sweep/runs/{member.folder.id}/"
 
 
-def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile):
-    sections = signature_sections(hostile)
-    means = [grid for section in sections for grid in (section.headline, section.means) if grid is not None]
-    every = [comparison_grid(hostile), cost_grid(hostile), energy_grid(hostile), *contrast_grids(hostile), *means]
-    assert len(every) > 30
-    uneven = {
-        (grid.caption, head): column
-        for grid in every
-        for head, *column in zip(grid.columns, *texts(grid), strict=True)
-        if grid.columns.index(head) >= grid.labels
-        and head not in ("p (adjusted)", "p (Holm)")
-        and len(decimals(column)) > 1
-    }
-    assert uneven == {}
-
-
-def decimals(column: list[str]) -> set[int]:
-    """Return how many decimals numbers have, without those so small that they keep digits of their own."""
-    found = [text.replace(",", "") for cell in column for text in NUMBER.findall(cell.partition(" n=")[0])]
-    fewest = min((len(text.partition(".")[2]) for text in found), default=0)
-    return {len(text.partition(".")[2]) for text in found if abs(float(text)) >= 0.5 * 10**-fewest or not float(text)}
-
-
 def test_costs_are_added_up_by_group_with_the_share_of_prompts_that_servers_who_say_so_reused(hostile):
     rows = texts(cost_grid(hostile))
     assert rows[0][1] == "1,800"
@@ -234,18 +205,6 @@ def test_methods_and_limits_say_plainly_what_was_really_done(hostile):
         hostile, shown=own, members=tuple(member for member in hostile.members if member.shown in own)
     )
     assert any(line.startswith("The sweep has no baselines") for line in limits(alone))
-
-
-def test_seeds_are_named_as_a_range_where_they_are_one():
-    assert seeds_text([3]) == "the one seed 3"
-    assert seeds_text([0, 1, 2]) == "3 seeds (0 to 2)"
-    assert seeds_text([0, 2]) == "2 seeds (0 and 2)"
-    assert joined([]) == "nothing"
-
-
-def test_docstrings_become_paragraphs_and_items():
-    text = "First.\n\n- one: what\n  it is.\n- a, b: two.\n\nLast\nline."
-    assert blocks(text) == [Block("First."), Block("what it is.", "one"), Block("two.", "a, b"), Block("Last line.")]
 
 
 def test_definitions_say_what_chance_gives():

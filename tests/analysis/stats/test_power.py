@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 from scipy import stats
 
 from analysis.stats.power import paired_power, pairs_needed, power, sd_bound
@@ -17,7 +16,6 @@ from analysis.stats.sequential import levels
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.stopping import error_of, with_looks
 from commands import refusal, succeeds
-from foundry.commands import power as power_command
 from signature_tables import MEASURE, runs, table
 from walkers import WORLD, make_condition, rewrite_run, write_sweep
 
@@ -190,27 +188,6 @@ def test_looks_say_how_often_and_how_early_a_difference_is_found(plan_printed):
     assert 0.5 < float(texts[5]) <= 1
     assert 8 <= float(texts[6]) <= float(texts[8]) <= 20
     assert "at level .05, corrected for " in text
-
-
-def test_a_narrow_terminal_shows_a_table_per_contrast_and_the_notes_below(monkeypatch, capsys):
-    monkeypatch.setattr(power_command, "console", lambda: Console(width=80))
-    numbers = ("6", "0.15", "0.396")
-    rows = [
-        ("hazard.away_beyond_blind", "avoid - random", *numbers, "6", "7", "9", ""),
-        ("stability.persistence", "avoid - random", *numbers, "90000", "-", "-", "more than 100,000 seeds"),
-        ("warning.social_reach", "herd - random", *numbers, "-", "-", "-", "no variation in the pilot"),
-    ]
-    power_command._print_rows(rows, power_command._COLUMNS, left_out=("pairs",))
-    lines = capsys.readouterr().out.splitlines()
-    assert max(map(len, lines)) <= 80
-    assert [line.split()[:2] for line in lines if line][:5] == [
-        ["avoid", "-"],
-        ["measure", "sd"],
-        ["hazard.away_beyond_blind", "0.15"],
-        ["stability.persistence", "0.15"],
-        ["more", "than"],
-    ]
-    assert lines[-3:-1] == ["herd - random", "  no variation in the pilot: warning.social_reach"]
 
 
 @pytest.mark.parametrize(
