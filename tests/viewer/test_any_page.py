@@ -127,14 +127,6 @@ def test_numbers_that_the_world_writes_are_lines_below_the_lanes(page: Any, serv
     page.wait_for_function("() => document.querySelectorAll('.lanes-box')[1].textContent.startsWith('crowd over time')")
 
 
-def test_pictures_are_drawn_when_they_are_asked_for(page: Any, served: ViewServer, bar: SweepFolder):
-    go(page, served, bar, "?step=8")
-    page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
-    assert page.get_attribute(".picture img", "alt") == "The world after step 8"
-    page.check(".picture input")
-    page.wait_for_selector(".picture img[alt='The world after step 7']")
-
-
 def test_a_game_without_a_picture_of_its_own_shows_its_lanes_once(page: Any, workspace: Path):
     ran = foundry.run("world=public_goods", "model=scripted/random", "world.steps=3", "output.dir=game")
     (run,) = SweepFolder.open(ran.path).runs()

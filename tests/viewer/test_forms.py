@@ -16,11 +16,10 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.any.any_view import AnyView
 from foundry.viewer.camera.camera_view import CameraView
 from foundry.viewer.export import export
-from foundry.viewer.forms import prepare, scripts_of, view_of
+from foundry.viewer.forms import scripts_of, view_of
 from foundry.viewer.grid.grid_view import GridView
 from foundry.viewer.resources import Resources
 from foundry.viewer.server import serving
-from made_up_runs import sweep, whole_run
 
 SERVER_PART = """
 from pathlib import Path
@@ -94,19 +93,6 @@ def write_circle(folder: Path, server_part: str = SERVER_PART, page_part: str = 
 def test_a_form_is_shown_by_what_has_its_name_else_by_what_all_share(form: str, view: type, script: str):
     assert view_of(form).run is view
     assert [script.address for script in scripts_of(form)] == [script]
-
-
-def test_what_takes_long_is_made_for_the_first_run_of_each_condition_that_has_begun(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    made = sweep(tmp_path / "begun")
-    _, *begun = made.runs()
-    for run in begun:
-        whole_run(run)
-    prepared: list[str] = []
-    monkeypatch.setattr(GridView, "prepare", lambda view: prepared.append(view.folder.id))
-    prepare(made)
-    assert prepared == [begun[0].id, begun[1].id]
 
 
 def test_a_form_of_ones_own_adds_only_what_no_shipped_form_of_its_name_has(

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from foundry.storing.store import SweepFolder
-from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
 from viewer_pages import SHOWN, go, shown
@@ -124,15 +123,6 @@ def test_filter_order_ticks_and_columns_come_back_from_a_run(page: Any, server: 
     page.go_back()
     page.wait_for_function(SHOWN, arg="4 of 4 runs")
     assert page.input_value("[data-filter=model]") == ""
-
-
-def test_a_copied_link_of_an_export_shows_the_same(page: Any, made_up: SweepFolder, tmp_path: Path):
-    exported = export(made_up.path, tmp_path / "page")
-    go(page, exported.page.as_uri(), "sweep/made-up?model=second&sort=-seed&columns=none")
-    page.wait_for_function(SHOWN, arg="2 of 4 runs")
-    assert rows(page) == [made_up.runs()[3].id, made_up.runs()[2].id]
-    assert page.locator("[data-sort='idle_rate.share']").count() == 0
-    page.goto("about:blank")
 
 
 def test_where_the_grid_is_looked_at_is_in_the_address(page: Any, server: ViewServer, made_up: SweepFolder):
