@@ -29,12 +29,11 @@ from analysis.grid.plots import grid_plots
 from analysis.grid.plots.grid_plots import SurvivalCurve, draw_cascade, draw_survival
 from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy
 from analysis.measuring.runs import Source, measure_run
-from analysis.plots import FORMATS, Picture, draw, figures, style
+from analysis.plots import FORMATS, Picture, draw, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
-from analysis.plots.labels import keys
-from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
-from analysis.plots.saving import settle, styled
+from analysis.plots.panel import GroupValues, Scale, draw_panel
+from analysis.plots.saving import styled
 from analysis.prose import percent
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import Comparison, compare
@@ -43,9 +42,6 @@ from foundry.palette import BASELINE, COLOURS
 from walkers import WORLD, Habits, make_condition, write_sweep
 
 NAN = float("nan")
-LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
-
-
 DRAWN = ("hazard", "idle_rate")
 """The signatures of which every picture is drawn: all of them take long."""
 
@@ -334,28 +330,6 @@ def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]
     without = draw_topdown(axes(), TopDown("scene", np.zeros(2), np.zeros((0, 2)), 0.5, (path,)))
     assert "goal" not in [text.get_text() for text in without.get_legend().get_texts()]
-
-
-def test_long_names_get_letters_and_rows_high_enough_for_their_labels():
-    assert keys(["a", "b"]) == {"a": "a", "b": "b"}
-    assert keys([LONG, "b"]) == {LONG: "A", "b": "B"}
-    assert list(keys([LONG + str(index) for index in range(28)]).values())[-2:] == ["AA", "AB"]
-    assert panel_height(["a", "b" * 70]) > panel_height(["a", "b"])
-
-
-@pytest.mark.parametrize("label", ["a", "MMMMMMMMMMMMMMMMMMMMMMMM / b"])
-def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
-    groups = [GroupValues(label, np.array([0.1, 0.2]), 0.15, 0.1, 0.2)]
-    titles = [
-        measure.of("library").label for signature in signatures.discover() for measure in signature.measures.values()
-    ]
-    with styled():
-        for title in sorted(titles, key=len)[-4:]:
-            figure = figures.means_figure([(title, groups, Scale())])
-            settle(figure)
-            shown = figure.axes[0].title
-            assert shown.get_window_extent().x1 <= figure.bbox.x1
-            assert shown.get_window_extent().y1 <= figure.bbox.y1
 
 
 def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(monkeypatch, make_sweep):

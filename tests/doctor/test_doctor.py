@@ -25,7 +25,7 @@ from foundry.models.ollama.ollama_model import OllamaModel
 from foundry.running.build import build
 from foundry.running.load import BURST, LoadResult, busy_s
 from local_server import LocalServer
-from ollama_cases import EMPTY, FakeModel, busy, grid_answer
+from ollama_cases import EMPTY, Body, FakeModel, busy, grid_answer
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
 
@@ -265,27 +265,27 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
 QUICK = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")
 
 
-def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(tmp_path: Path):
-    with OllamaServer(lambda body: EMPTY) as server:
-        code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
-    assert code == 0, found
-    assert found["replies"]["status"] == "warning"
-    assert found["replies"]["found"] == "21 of 21 replies contain no text to read"
-
-
-def test_a_failure_that_another_try_cures_is_a_warning(tmp_path: Path):
+@pytest.mark.parametrize(
+    ("replies", "exit_code", "check", "found"),
+    [
+        (lambda body, number: EMPTY, 0, "replies", "21 of 21 replies contain no text to read"),
+        (
+            lambda body, number: busy() if number == 1 else grid_answer(body),
+            0,
+            "tries",
+            "1 of 21 calls were answered only after they were repeated",
+        ),
+        (lambda body, number: busy(), 3, "calls", "Given up after 6 tries"),
+    ],
+)
+def test_replies_that_a_sweep_would_repeat_or_record_as_outcomes_are_told(
+    replies: Callable[[Body, int], Any], exit_code: int, check: str, found: str, tmp_path: Path
+):
     numbers = count()
-    with OllamaServer(lambda body: busy() if next(numbers) == 1 else grid_answer(body)) as server:
-        code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
-    assert code == 0, found
-    assert found["tries"]["found"] == "1 of 21 calls were answered only after they were repeated"
-
-
-def test_a_server_that_fails_every_try_is_a_problem(tmp_path: Path):
-    with OllamaServer(lambda body: busy()) as server:
-        code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
-    assert code == 3
-    assert "Given up after 6 tries" in found["calls"]["found"]
+    with OllamaServer(lambda body: replies(body, next(numbers))) as server:
+        code, rows = findings(server, tmp_path, "model=llama3.2", *QUICK)
+    assert code == exit_code, rows
+    assert rows[check]["status"] == ("problem" if exit_code else "warning") and found in rows[check]["found"]
 
 
 OWN_BACKEND = """

@@ -5,8 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import shutil
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -14,12 +12,10 @@ from typing import Any
 import msgspec
 import pytest
 
-from commands import environment
 from exporting.conftest import MADE_UP, THOUGHT, exported
 from foundry.exporting.writing import ExportedRun, conditions
 from foundry.records import Attempt
 from foundry.storing.store import SweepFolder
-from ports import reserved_port
 
 pytestmark = [pytest.mark.exports, pytest.mark.filterwarnings("default")]
 
@@ -147,29 +143,3 @@ def test_runs_that_have_not_ended_are_left_out_and_counted(sweep: SweepFolder, t
     assert (found.status, found.results.total_samples, found.results.completed_samples) == ("cancelled", 2, 1)
     told = exported("inspect", "out", str(tmp_path / "again"), cwd=tmp_path)
     assert "cafe_library, qwen3:4b, paper: 1 unfinished runs are left out" in told
-
-
-def test_inspect_view_shows_the_scores_and_the_calls_of_a_run(seen: SweepFolder, tmp_path: Path):
-    from browser import browser_page
-
-    (log,) = logs(seen)
-    (file,) = files(seen)
-    command = [sys.executable, "-m", "inspect_ai", "view", "--log-dir", str(file.parent), "--port"]
-    own = environment(XDG_DATA_HOME=str(tmp_path))  # it ends whom an older file there names as the port's server
-    with (
-        reserved_port() as port,
-        subprocess.Popen(
-            [*command, str(port)], env=own, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        ) as server,
-    ):
-        try:
-            assert server.stdout is not None
-            address = next(line.split()[-2] for line in server.stdout if "Running on" in line)
-            with browser_page(allowed_errors=("404",)) as page:
-                page.goto(f"{address}/#/logs/{file.name}")
-                page.get_by_text("gallery, seed 0").wait_for()
-                page.goto(f"{address}/#/logs/{file.name}/samples/sample/0/1/transcript")
-                page.get_by_text(calls_in(log.samples[0])[0].output.completion).first.wait_for()
-                page.get_by_text("step 2").first.wait_for()
-        finally:
-            server.terminate()

@@ -8,8 +8,7 @@ import pytest
 from analysis import signatures
 from analysis.any.signatures import action, certainty
 from blind_any_runs import any_run
-from foundry.conformance import signatures as rules
-from told_runs import TELLING, TellingCrowd, told, told_run
+from told_runs import TellingCrowd, told, told_run
 
 DRAWN = [(1, 0, "go"), (1, 1, "stay"), (2, 0, "go"), (2, 1, "wait")]
 SURE, EVEN = {"go": 0.9, "stay": 0.06, "wait": 0.04}, {"go": 0.25, "stay": 0.25, "wait": 0.5}
@@ -64,21 +63,3 @@ def test_expected_shares_estimate_sampled_ones_with_less_noise():
 def test_draws_at_another_temperature_than_the_call_says_are_told(temperature: float, said: float):
     measures = certainty.measure(TellingCrowd(temperature, said).play(0))["beyond_draws"]
     assert abs(measures) > 0.05 and (measures > 0) == (temperature < said)
-
-
-@pytest.fixture(scope="module")
-def case() -> rules.SignatureCase:
-    runs = [crowd.play(seed) for crowd in TELLING.values() for seed in range(2)]
-    return rules.SignatureCase(certainty, runs, [told_run(any_run(DRAWN), [None] * 4, [None] * 4).only_readable()])
-
-
-@pytest.mark.parametrize("rule", [
-    rules.says_what_it_is, rules.says_what_it_takes, rules.measures_what_it_describes,
-    rules.has_the_same_names_whatever_happened, rules.comes_to_its_nulls, rules.measures_the_same_twice,
-    rules.leaves_the_run_as_it_is,
-])  # fmt: skip
-def test_it_follows_the_rules_of_signatures(rule, case: rules.SignatureCase):
-    try:
-        rule(case)
-    except rules.Skipped as skipped:
-        assert rule is rules.comes_to_its_nulls and "scripted/random" in str(skipped)

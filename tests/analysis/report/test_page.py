@@ -9,11 +9,9 @@ import pytest
 
 import axe
 from analysis.report import render
-from analysis.report.material import gather
 from analysis.report.sections import MOST_OF_WORLDS
 from browser import browser_page
 from report_pages import narrowed
-from walkers import WORLD, Habits, make_condition, write_sweep
 
 pytestmark = pytest.mark.browser
 
@@ -30,19 +28,6 @@ def page_file(hostile_sweep, hostile) -> Path:
     return hostile_sweep.report_file
 
 
-@pytest.fixture(scope="module")
-def five_models(tmp_path_factory) -> Path:
-    """The page of five models with long names over ten seeds, with every signature."""
-    names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
-    world = {**WORLD, "steps": 10}
-    conditions = [make_condition(name, range(10), world=world) for name in names]
-    habits = {name: Habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
-    folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", conditions, habits)
-    page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
-    folder.report_file.write_text(page, encoding="utf-8")
-    return folder.report_file
-
-
 def column(page: Any, caption: str, index: int) -> list[str]:
     cells = page.locator(f"table:has(caption:text-is('{caption}')) tbody tr > :nth-child({index})")
     return [text.strip() for text in cells.all_text_contents()]
@@ -51,10 +36,6 @@ def column(page: Any, caption: str, index: int) -> list[str]:
 def links_of(page: Any, selector: str) -> list[str]:
     texts: list[str] = page.locator(selector).evaluate_all("every => every.map((one) => one.getAttribute('href'))")
     return texts
-
-
-def printed_pages(page: Any) -> int:
-    return len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4")))
 
 
 def bottom(page: Any, selector: str) -> float:
@@ -117,28 +98,6 @@ def test_numbers_sort_by_value_with_undefined_ones_last_and_names_as_texts_by_th
         assert column(page, caption, 1)[-1] == "scripted/stay"
 
 
-def test_a_narrow_dark_page_shows_pictures_on_white_and_names_beside_a_table_that_is_moved(page_file: Path):
-    with browser_page(dark=True, width=700) as page:
-        page.goto(page_file.as_uri())
-        background = "(one) => getComputedStyle(document.querySelector(one)).backgroundColor"
-        assert page.evaluate(background, "body") == "rgb(23, 23, 26)"
-        assert page.evaluate(background, ".card") == "rgb(255, 255, 255)"
-        assert page.evaluate("document.documentElement.scrollWidth") <= 700
-        page.set_viewport_size({"width": 400, "height": 900})
-        assert "rgb(0, 0, 0)" in page.evaluate("getComputedStyle(document.querySelector('.scroll')).backgroundImage")
-        width = page.evaluate("document.documentElement.scrollWidth")
-        page.locator("#methods > summary").click()
-        digest = "one => one.append(' ' + 'f00d'.repeat(16))"
-        page.locator("#methods .methods p").first.evaluate(digest)
-        assert page.evaluate("document.documentElement.scrollWidth") == width
-        page.locator("#runs > summary").click()
-        area = page.locator("#runs .scroll").first
-        area.evaluate("one => { one.scrollLeft = 200; }")
-        name, box = area.locator("tbody th").first.bounding_box(), area.bounding_box()
-        assert area.evaluate("one => one.scrollLeft") > 0
-        assert name["x"] == pytest.approx(box["x"], abs=1)
-
-
 def test_axe_finds_nothing_wrong_and_print_leaves_out_what_cannot_be_pressed_on_paper(page_file: Path):
     with browser_page() as page:
         page.goto(page_file.as_uri())
@@ -154,18 +113,11 @@ def test_axe_finds_nothing_wrong_and_print_leaves_out_what_cannot_be_pressed_on_
         axe.check(page)
 
 
-def test_five_models_in_one_world_are_a_megabyte_at_most_1500_words_unfolded_and_seven_figures(five_models: Path):
-    assert five_models.stat().st_size < 1_000_000
+def test_a_figure_is_downloaded_as_a_picture_and_printed_alone_and_its_files_are_there(page_file: Path):
     with browser_page() as page:
-        page.goto(five_models.as_uri())
-        assert 200 < len(page.inner_text("body").split()) <= 1500
-        assert page.locator("figure").count() == 1 + MOST_OF_WORLDS, "the fingerprints and the world"
-        assert page.locator("#signatures details").count() > 10, "all signatures are on the page"
-        assert bottom(page, ".cards") <= 700
-        assert bottom(page, "#claims") <= 1150
-        assert printed_pages(page) <= 3
-        page.locator("#world > summary").click()
-        assert all((five_models.parent / link).is_file() for link in links_of(page, ".files a"))
+        page.goto(page_file.as_uri())
+        page.evaluate("() => document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        assert all((page_file.parent / link).is_file() for link in links_of(page, ".files a"))
         with page.expect_download() as got:
             page.get_by_role("button", name="PNG").first.click()
         assert struct.unpack(">I", got.value.path().read_bytes()[16:20])[0] == 1020, "one column with 300 dots an inch"
@@ -174,5 +126,3 @@ def test_five_models_in_one_world_are_a_megabyte_at_most_1500_words_unfolded_and
         )
         page.get_by_role("button", name="PDF").first.click()
         assert page.evaluate("window.pages") == 1
-        page.evaluate("() => document.querySelectorAll('.part').forEach((one) => { one.open = true; })")
-        assert 4 < printed_pages(page) <= 24

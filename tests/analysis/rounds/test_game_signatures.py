@@ -93,17 +93,6 @@ def test_what_was_not_read_or_never_caught_says_nothing():
     assert math.isnan(found["efficiency"]) and found["gain"] == 1 and found["over_use"] == 1 / 4
 
 
-def test_who_takes_all_comes_to_one_month_and_who_takes_the_sustainable_share_to_all_there_is():
-    greedy, lasting = (
-        fishery.measure(scripted_run("fishery", policy, 2)) for policy in ("greedy_catch", "sustainable")
-    )
-    assert (greedy["months"], greedy["survived"], greedy["gain"]) == (1, 0, 20)
-    assert lasting == {
-        "months": 12, "survived": 1, "gain": 120, "efficiency": 1, "equality": 1, "over_use": 0, "n_agents": 5,
-        "n_catches": 60,
-    }  # fmt: skip
-
-
 def met(*rounds: str) -> list[dict[str, Any]]:
     """Return the meetings of rounds such as "aa ab a-": two names a meeting, - for none."""
     names = {"-": None, "a": "ama", "b": "bodo", "c": "ceri"}
@@ -180,11 +169,6 @@ def test_it_is_about_meetings_alone_in_which_one_name_wins_at_once_or_never():
     assert abs(success - 0.1) < 5 * math.sqrt(0.09 / (2 * 360)) and all(one["converged"] == 0 for one in drawn)
 
 
-def test_who_answers_best_agrees_within_thirty_rounds():
-    measures = [naming.measure(scripted_run("naming", "best_response", seed, until="consensus")) for seed in range(2)]
-    assert all(one["converged"] == 1 and 1 < one["rounds"] == one["n_rounds"] for one in measures)
-
-
 def rounds_of(*rounds: tuple[int | str, ...], readable: bool = False) -> dict[str, float]:
     settings = games.GOODS | {"agents": len(rounds[0]), "steps": len(rounds)}
     replies = (one if isinstance(one, str) else deciding(one) for one in chain(*rounds))
@@ -230,22 +214,6 @@ def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
     measures = public_goods.measure(answered_run(games.punished(**settings), said, settings))
     assert (measures["punishing"], measures["spent"], measures["antisocial"]) == pytest.approx((2 / 3, 4 / 3, 1 / 2))
     assert measures["efficiency"] == pytest.approx((40 - (2 * 2 + 2 * 3)) / 3 / 20)
-
-
-@pytest.mark.parametrize(
-    ("world", "policy", "column", "value"),
-    [
-        ("bar", "mixing", "score", 80.0),
-        ("public_goods", "free_rider", "score", 100),
-        ("public_goods", "random", "score", 50),
-        ("public_goods", "conditional", "score", 100 - 100 * (1 - 0.8**20) / (2 * 20 * 0.2)),
-        ("public_goods", "conditional", "conditional", 0.8),
-    ],
-)
-def test_policies_come_to_what_is_known_of_them(world: str, policy: str, column: str, value: float):
-    signature = {"bar": bar, "public_goods": public_goods}[world]
-    values = [signature.measure(scripted_run(world, policy, seed))[column] for seed in range(4)]
-    assert abs(np.mean(values) - value) <= 4 * np.std(values) / math.sqrt(len(values)) + 1e-9
 
 
 @pytest.mark.slow
