@@ -36,15 +36,19 @@ def recounted(sweep: SweepFolder, model: str, seed: int, kind: str) -> list[Coun
     for run in sweep.runs():
         if (run.config()["model"]["name"], run.config()["seed"]) != (model, seed):
             continue
-        rows = [msgspec.json.decode(line) for line in run.steps_bytes().splitlines()]
-        by_key = {(row["step"], row["agent"]): row for row in rows}
+        rows: dict[tuple, list] = defaultdict(list)
+        for row in map(msgspec.json.decode, run.steps_bytes().splitlines()):
+            rows[row["step"], row["agent"]].append(row)
+        asked = Counter()
         for call in run.calls():
+            place = call.step, call.agent
             if call.kind == kind:
-                row = by_key[call.step, call.agent]
-                outcome = row["outcome" if kind == "action" else "message_outcome"]
-                choice = row["direction"] if kind == "action" else row["message"] is not None
+                row = rows[place][asked[place]]
+                outcome = row["message_outcome" if kind == "message" else "outcome"]
+                choice = row["message"] is not None if kind == "message" else str((row["action"], row.get("direction")))
                 unread = outcome not in ("chosen", "repaired")
-                states[call.step, call.agent, str(call.messages)]["?" if unread else choice] += 1
+                states[place, asked[place], str(call.messages)]["?" if unread else choice] += 1
+                asked[place] += 1
     return [choices for choices in states.values() if choices.total() > 1]
 
 
@@ -86,18 +90,7 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
         "sampling_seed=0-5", "analyze=false", "output.dir=sweep", cwd=tmp_path,
     )  # fmt: skip
     sweep = SweepFolder.open(tmp_path / "sweep")
-    states: dict[tuple, Counter] = defaultdict(Counter)
-    for run in sweep.runs():
-        rows = [msgspec.json.decode(line) for line in run.steps_bytes().splitlines()]
-        decided: dict[tuple, list[str]] = defaultdict(list)
-        for row in rows:
-            decided[row["step"], row["agent"]].append(row["action"])
-        for call in run.calls():
-            place = call.step, call.agent
-            again = len(states[run.id, *place])
-            states[run.id, *place][again] += 1
-            states["", *place, again, str(call.messages)][decided[place][again]] += 1
-    choices = [one for place, one in states.items() if place[0] == "" and one.total() > 1]
+    choices = recounted(sweep, "scripted/random", 0, "say")
     pairs = [sum(n * (n - 1) for n in choice.values()) / (choice.total() * (choice.total() - 1)) for choice in choices]
     (row,) = retest([sweep]).to_dict("records")
     assert row["prompts"] == len(choices) > 1
