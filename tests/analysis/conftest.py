@@ -19,8 +19,6 @@ from walkers import WORLD, Habits, Walk, make_condition, walk, write_run, write_
 
 @dataclass(frozen=True)
 class Written:
-    """A run on disk and its records."""
-
     folder: RunFolder
     walk: Walk
 
@@ -56,8 +54,6 @@ def recorded(tmp_path: Path) -> Callable[..., Written]:
 
 @pytest.fixture
 def make_sweep(tmp_path: Path) -> Callable[..., SweepFolder]:
-    """Return a function that writes a sweep of conditions under the temporary folder."""
-
     def make(
         conditions: Sequence[Condition], habits: dict[str, Habits] | None = None, name: str = "sweep"
     ) -> SweepFolder:

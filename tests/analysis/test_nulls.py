@@ -122,7 +122,6 @@ def placed(world: GridSettings, seed: int) -> GridSettings:
 
 
 def world_of(agents: int, **changes: bool) -> GridSettings:
-    """Return the world of the blind agents with so many of these."""
     return msgspec.structs.replace(WORLD, agents=agents, **changes)
 
 
@@ -293,7 +292,6 @@ def measured(
 
 
 def stated_nulls() -> dict[str, Null]:
-    """Return the null of each measure that states one."""
     every = (
         (f"{signature.name}.{name}", measure.null)
         for signature in signatures.discover()

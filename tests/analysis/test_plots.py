@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from analysis import analyze, signatures
-from analysis.camera.camera_figures import CameraPath, TopDown, draw_topdown
 from analysis.figures import pictures
 from analysis.figures.measures import dendrogram, scale_of
 from analysis.figures.members import shown_groups
@@ -321,15 +320,6 @@ def test_a_crop_shows_an_agent_among_those_around_it_and_escapes_names(recorded)
     assert names[-1] == "0" and "<b>" in names
     near = int(re.findall(r", (\d+) others", drawn.get("aria-label"))[0])
     assert len(names) == 1 + len(world.places) + near, "no fire burns yet"
-
-
-def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
-    path = CameraPath(ShownGroup(("a",), 0, False), np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
-    top_down = TopDown("scene", np.zeros(2), np.array([[0.0, 0.0], [1.0, 2.0]]), 0.5, (path,))
-    ax = draw_topdown(axes(), top_down)
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]
-    without = draw_topdown(axes(), TopDown("scene", np.zeros(2), np.zeros((0, 2)), 0.5, (path,)))
-    assert "goal" not in [text.get_text() for text in without.get_legend().get_texts()]
 
 
 def test_names_in_any_script_can_be_drawn_and_many_measures_by_their_first_ones_which_is_said(monkeypatch, make_sweep):

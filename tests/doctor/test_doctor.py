@@ -35,7 +35,6 @@ FEW = ("world.agents=3", "world.steps=4", "world.history={memory: 2, messages: 3
 
 
 def found_by(done: subprocess.CompletedProcess[str]) -> dict[str, dict[str, Any]]:
-    """Return by check what a doctor found that tells it as JSON."""
     return {row["check"]: row for row in json.loads(done.stdout)["findings"]}
 
 

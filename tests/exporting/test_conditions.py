@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 import sys
 from datetime import UTC, datetime
@@ -47,16 +46,6 @@ def test_a_record_lasts_from_the_first_start_that_is_known_to_the_last_end(sweep
 
 def time_of(second: int) -> str:
     return datetime.fromtimestamp(second, UTC).isoformat()
-
-
-@pytest.mark.exports  # drawing takes seconds
-def test_images_are_found_by_what_was_sent(seen: SweepFolder):
-    (condition,) = conditions(seen)
-    (run,) = condition.runs
-    sent = [said["images_sha256"] for call in run.calls() for said in call.messages if "images_sha256" in said]
-    found = [run.image(sha256) for (sha256,) in sent]
-    assert [hashlib.sha256(image[1]).hexdigest() for image in found if image] == [sha256 for (sha256,) in sent]
-    assert len(sent) == 2 and run.image("0" * 64) is None
 
 
 def test_scores_are_those_of_the_runs_and_their_means_and_of_measures_that_exist(sweep: SweepFolder):

@@ -13,7 +13,6 @@ SHIPPED = ("contradiction", "hallucinated_place", "reading", "refusal", "sight_c
 
 @pytest.fixture
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of a user's own labels."""
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
     folder = tmp_path / "mine" / "labels"
     folder.mkdir(parents=True)

@@ -59,7 +59,6 @@ def end(page: Any) -> None:
 
 
 def heard(page: Any) -> str:
-    """Return what a screen reader says of the page."""
     return str(page.get_by_role("status").inner_text())
 
 

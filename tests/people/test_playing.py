@@ -29,7 +29,6 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def pilot(recorded: Path, workspace: Path) -> Path:
-    """A working directory with the recorded run."""
     shutil.copytree(recorded, workspace, dirs_exist_ok=True)
     return workspace
 

@@ -23,7 +23,6 @@ QUIET = ("analyze=false", "runner.workers=1")
 
 
 def done(*arguments: str, cwd: Path, **variables: str) -> str:
-    """Run a command that succeeds; returns what it printed."""
     found = succeeds(*arguments, cwd=cwd, PYTHONPATH=str(PARTS), **variables)
     return found.stdout
 
@@ -38,7 +37,6 @@ def refused(*arguments: str, cwd: Path) -> str:
 
 
 def write_models(folder: Path, **targets: str) -> None:
-    """Write models of these classes into the folder's `mine`."""
     models = folder / "mine" / "model"
     models.mkdir(parents=True)
     for name, target in targets.items():
@@ -72,7 +70,6 @@ def noted(folder: Path) -> list[tuple[str, int | None, int | None, int | None, s
 
 @pytest.fixture(scope="session")
 def pilot(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two models, three seeds each."""
     folder = tmp_path_factory.mktemp("pilot")
     done("-m", HERD_AND_AVOID, "seed=0-2", *WORLD, *QUIET, "output.dir=pilot", cwd=folder)
     return folder / "pilot"

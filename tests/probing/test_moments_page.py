@@ -26,7 +26,6 @@ READY = ".moment .choices"
 
 @pytest.fixture(scope="module")
 def mine(probed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the probe, for notes."""
     return Path(shutil.copytree(probed, tmp_path_factory.mktemp("mine") / "probed"))
 
 

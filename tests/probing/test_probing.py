@@ -37,7 +37,6 @@ def table(path: Path, name: str, **wanted: str) -> pd.DataFrame:
 
 
 def shares(path: Path, model: str, edit: str) -> dict[tuple[Any, ...], dict[str, int]]:
-    """Return the counts of choices by moment."""
     found: dict[tuple[Any, ...], dict[str, int]] = {}
     for row in table(path, "moments", model=model, edit=edit).to_dict("records"):
         key = tuple(row[name] for name in ("run", "step", "agent", "kind"))

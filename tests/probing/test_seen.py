@@ -16,9 +16,8 @@ from foundry.probing.seen import SeenProbe
 from foundry.storing.run_files import calls_bytes
 from foundry.storing.store import SweepFolder
 from foundry.viewer.resources import Resources
-from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.server import ViewServer, serving
-from probing.conftest import MOMENTS, lines, moments, note, noted, runs
+from probing.conftest import MOMENTS, lines, note, noted, runs
 
 
 @pytest.fixture(scope="module")
@@ -150,17 +149,6 @@ def resources(probed: Path, tmp_path: Path) -> Iterator[Resources]:
     resources = Resources(Path(shutil.copytree(probed, tmp_path / "probed")))
     yield resources
     resources.close()
-
-
-@pytest.mark.slow
-def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(resources: Resources, tmp_path: Path):
-    mine = tmp_path / "probed"
-    resources.take_note("probed", note(mine, 7, "It turned back."))
-    run, step, agent = moments(mine)[7][:3]
-    assert noted(mine) == [(run, step, agent, 7, "It turned back.")]
-    search = TextSearch(SweepFolder.open(mine))
-    assert search.find(Query("note", "turned"))["hits"] == [[run, step, agent, "note", "It turned back. odd Ada", 7]]
-    search.close()
 
 
 @pytest.mark.slow

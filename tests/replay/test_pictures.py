@@ -32,7 +32,6 @@ def redrawn(run: RunFolder, steps: list[int]) -> dict[str, bytes]:
 
 
 def pixels(picture: Picture) -> Any:
-    """Return a picture as (h, w, 3)."""
     return np.asarray(Image.open(io.BytesIO(picture.png)).convert("RGB"))
 
 

@@ -60,7 +60,6 @@ def test_agents_of_two_sorts_differ_by_the_variance_of_their_chances(crowd: Crow
 
 
 def numbers(rows: Sequence[Sequence[float]]) -> AnyRun:
-    """Return a run of numbers by step and agent."""
     decided = [(t + 1, i, one) for t, row in enumerate(rows) for i, one in enumerate(row)]
     return any_run(decided, kind="bid", declared=BID)
 

@@ -41,8 +41,6 @@ CLAIMS = {"I see the JAXA logo. Go on.", "JAXAのロゴが見えます。"}
 
 @dataclass(frozen=True)
 class Walked:
-    """The records of one run."""
-
     episode: CameraEpisode
     steps: list[CameraStep]
 
@@ -107,8 +105,6 @@ def condition(model: str, seeds: int) -> Condition:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run on disk."""
-
     folder: RunFolder
 
     @property
@@ -120,7 +116,6 @@ class Recorded:
 
 @pytest.fixture
 def claims() -> set[str]:
-    """The replies of walkers that claim to see the target."""
     return CLAIMS
 
 

@@ -23,8 +23,6 @@ KINDS = {"JAXA logo": "logo", "exit door": "door", "rack A1": "rack"}
 
 
 class Plain:
-    """One run as dictionaries."""
-
     def __init__(self, folder: Any, claims: set[str]) -> None:
         self.episode = json.loads((folder.path / "episode.jsonl").read_text("utf-8"))
         self.rows = [json.loads(line) for line in (folder.path / "steps.jsonl").read_text("utf-8").splitlines()]

@@ -22,7 +22,6 @@ EVERYWHERE = {"name": "fire1", "start": 1, "position": [4, 4], "intensity": 0.8,
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
-    """Return the names of a signature's measures over all decisions that are NaN."""
     return {
         key.partition(".")[2]
         for key, value in found.items()

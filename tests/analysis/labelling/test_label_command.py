@@ -17,7 +17,6 @@ WARNINGS = {"fire1 near me", "火事だ、逃げて", "there is smoke"}
 
 
 def kept_in(sweep: SweepFolder) -> Judge | None:
-    """Return what a model said of the messages of a sweep."""
     judges = LabelFolder.of(sweep, "warning").judges()
     return judges[0] if judges else None
 

@@ -24,7 +24,6 @@ NOTES = ("a note " * 30, "another note " * 30, "a last one")
 
 
 def told_of(values: dict[str, dict[str, list[float]]], **told) -> EndingContent:
-    """Return what is known of runs with these values by model and measure."""
     made = table(
         [
             {"model": model, "seed": seed, **{name: own[seed] for name, own in by_measure.items()}}
@@ -100,14 +99,6 @@ def plainly_told(rows: list[dict[str, object]], **changes: object) -> list[str]:
     frame = contrasts(made, columns, family=MEASURES[:1]).assign(**changes)
     sides = Sides.of(frame, compare(made, columns), {})
     return ending(EndingContent(frame, sides, (), "a study", "out", "out/analysis", lambda *_: ""), 100)
-
-
-def test_one_model_that_stands_out_is_one_line():
-    values = {f"scripted/{name}": {MEASURES[0]: noisy(place, 0)} for place, name in enumerate(("a", "b", "c"))}
-    values["scripted/herd"] = {MEASURES[0]: noisy(7, 0, 0.4, 8)}
-    lines = end(values)
-    assert lines[2].startswith("Findings: 3 of 6 tests show a difference (p at most .0")
-    assert lines[3].startswith("  herd stays where it is more often than every other model: 0.79 against")
 
 
 def test_several_worlds_are_a_row_each_with_their_own_score_between_blind_and_best():

@@ -35,8 +35,6 @@ def runs_of(models: str = "ab", seeds: Sequence[int] = range(12), **changes: obj
 
 @pytest.fixture
 def hold(tmp_path) -> Callable[..., PlanCheck]:
-    """Return a function that holds a plan against a table of runs."""
-
     def found(made: SignatureTable, models: Sequence[dict[str, object]] = (), weights=(), **changes) -> PlanCheck:
         write_preregistration(tmp_path, plan(**{"foundry": __version__, "models": list(weights), **changes}))
         sweep = SweepFolder(tmp_path, Sweep((), (), ()), {}, models)

@@ -48,7 +48,6 @@ def always(key: MomentKey, rng: np.random.Generator) -> dict[str, int]:
 
 
 def answers(policies: Mapping[tuple[str, str], Policy]) -> Answers:
-    """Return what models chose, by model and edit."""
     found = {
         ProbeCondition(Subject(model, "p", ""), edit, "none"): chosen(policy, f"{model} {edit}")
         for (model, edit), policy in policies.items()

@@ -18,7 +18,6 @@ CAUSE = "the server said <img src=x onerror=document.title='owned'> & closed"
 
 
 def change(folder: RunFolder, **values: Any) -> None:
-    """Write a run's summary anew."""
     file = folder.path / "run.json"
     summary = msgspec.json.decode(file.read_bytes(), type=RunSummary)
     file.write_bytes(msgspec.json.encode(msgspec.structs.replace(summary, **values)))
@@ -45,5 +44,4 @@ def hostile_sweep(tmp_path_factory) -> SweepFolder:
 
 @pytest.fixture(scope="session")
 def hostile(hostile_sweep) -> Material:
-    """What the report of that sweep is made of."""
     return gather([hostile_sweep.path])

@@ -15,7 +15,6 @@ FIRST, SECOND = [0.1, 0.5, 0.3, 0.2, 0.9, 0.4], [0.2, 0.7, 0.3, 0.6, 0.9, 0.8]
 
 
 def only(rows: list[dict[str, object]], **more) -> pd.Series:
-    """Return the one contrast of a table."""
     frame = contrasts(table(rows), **more)
     assert len(frame) == 1
     return frame.iloc[0]

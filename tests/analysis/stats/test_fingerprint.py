@@ -47,7 +47,6 @@ def test_merges_and_their_support_are_those_of_scipy_on_every_resample():
 
 
 def joined(merges: np.ndarray) -> list[frozenset[int]]:
-    """Return the levels that each merge joins."""
     held = [frozenset([index]) for index in range(len(merges) + 1)]
     for first, second in merges[:, :2].astype(int):
         held.append(held[first] | held[second])

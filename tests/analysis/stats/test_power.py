@@ -130,7 +130,6 @@ def test_few_seeds_err_more_often_than_many():
 
 @pytest.fixture(scope="module")
 def pilot(tmp_path_factory) -> Path:
-    """A sweep of two models that walk at random."""
     world = {**WORLD, "agents": 4, "steps": 8, "fires": [], "places": []}
     conditions = [make_condition(one, range(6), sampling_seed=at, world=world) for at, one in enumerate(MODELS)]
     return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
