@@ -24,7 +24,6 @@ from analysis.plots import draw
 from analysis.plots.saving import styled
 from analysis.rounds.rounds_figures import RoundsFigures
 from analysis.rounds.rounds_run import NONE, RoundsRun
-from analysis.signatures import measure
 from any_records import BAR, any_folder, line
 from foundry.declared import Actions, Declared
 from foundry.errors import InputError
@@ -151,27 +150,6 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
     drawn = draw(pictures[0], "svg", "png")
     assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(pictures[0], "svg").svg
     assert "evening: go (share)" in drawn.svg and "catch (mean)" in draw(pictures[2], "svg").svg
-
-
-OWN = """
-import numpy as np
-from analysis.measure import Measure
-from analysis.rounds.rounds_run import RoundsRun
-NAME, MEASURES, HEADLINE = 'fishing', {'most': Measure('Greatest catch')}, ('most',)
-def applies(run: RoundsRun) -> bool:
-    return run.world.get('stock', 0) > 0
-def measure(run: RoundsRun) -> dict[str, float]:
-    return {'most': float(np.nanmax(run.numbers('catch')))}
-"""
-
-
-def test_a_signature_of_ones_own_measures_only_the_worlds_of_its_form_that_it_is_about(tmp_path, monkeypatch):
-    (tmp_path / "mine" / "signatures").mkdir(parents=True)
-    (tmp_path / "mine" / "signatures" / "fishing.py").write_text(OWN)
-    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
-    measures = measure(replace(run(), world={"stock": 100}))
-    assert measures["fishing.most"] == measures["fishing.most_readable"] == 10
-    assert not any(name.startswith("fishing.") for name in measure(run()))
 
 
 def test_a_run_knows_its_worlds_settings_and_the_further_keys_and_files_that_it_wrote(tmp_path):

@@ -52,6 +52,11 @@ def recounted(sweep: SweepFolder, model: str, seed: int, kind: str) -> list[Coun
     return [choices for choices in states.values() if choices.total() > 1]
 
 
+def agreement(states: list[Counter]) -> float:
+    pairs = [sum(n * (n - 1) for n in state.values()) / (state.total() * (state.total() - 1)) for state in states]
+    return float(np.mean(pairs))
+
+
 @pytest.mark.parametrize("model", ["scripted/random", "scripted/flaky"])
 @pytest.mark.parametrize("kind", ["action", "message"])
 def test_agreement_is_that_of_the_same_prompts(sampled, frame, model, kind):
@@ -62,14 +67,12 @@ def test_agreement_is_that_of_the_same_prompts(sampled, frame, model, kind):
         assert row["prompts"] == len(states)
         assert row["decisions"] == sum(map(Counter.total, states))
         if states:
-            pairs = [
-                sum(n * (n - 1) for n in state.values()) / (state.total() * (state.total() - 1)) for state in states
-            ]
-            assert row["agreement"] == pytest.approx(np.mean(pairs))
+            agreed = agreement(states)
+            assert row["agreement"] == pytest.approx(agreed)
             whole = sum(states, Counter())
             chance = sum((n / whole.total()) ** 2 for n in whole.values())
             assert row["kappa"] == pytest.approx(
-                (np.mean(pairs) - chance) / (1 - chance) if chance < 1 else math.nan, nan_ok=True
+                (agreed - chance) / (1 - chance) if chance < 1 else math.nan, nan_ok=True
             )
 
 
@@ -91,10 +94,9 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
     )  # fmt: skip
     sweep = SweepFolder.open(tmp_path / "sweep")
     choices = recounted(sweep, "scripted/random", 0, "say")
-    pairs = [sum(n * (n - 1) for n in choice.values()) / (choice.total() * (choice.total() - 1)) for choice in choices]
     (row,) = retest([sweep]).to_dict("records")
     assert row["prompts"] == len(choices) > 1
-    assert row["agreement"] == pytest.approx(np.mean(pairs))
+    assert row["agreement"] == pytest.approx(agreement(choices))
 
 
 def test_without_a_log_of_calls_no_prompt_is_known_and_failed_runs_and_those_sampled_once_are_not_compared(make_sweep):

@@ -339,14 +339,6 @@ def test_a_blind_model_in_a_world_of_images_is_a_problem(tmp_path: Path):
     assert found["calls"]["status"] == "skipped" and server.bodies == []
 
 
-def test_the_longest_prompt_holds_a_full_history_of_the_longest_replies():
-    config = config_of("model=scripted/stay", "world.agents=4", "world.steps=40")
-    scenario, prompt = scenario_of(config), prompt_of(config)
-    short = longest_prompt(scenario, prompt, seed=0, reply_tokens=30)
-    long = longest_prompt(scenario, prompt, seed=0, reply_tokens=300)
-    assert long.characters > short.characters + 5 * 270 * 4
-
-
 def test_the_documents_say_how_long_the_prompts_of_the_default_world_get_and_all_fit():
     config = config_of("model=llama3.2")
     scenario, prompt, options = scenario_of(config), prompt_of(config), config["model"]["options"]

@@ -1,5 +1,6 @@
 """What is drawn again from the records is what the run saved, byte for byte."""
 
+import dataclasses
 import io
 import string
 from collections.abc import Iterator
@@ -149,5 +150,4 @@ def test_letters_that_the_usual_font_lacks_are_drawn_in_one_that_has_them_and_to
 def cut(recording: Recording, last: int) -> Recording:
     lines = recording.steps.splitlines(keepends=True)
     agents = len(lines) // recording.last
-    values = {name: getattr(recording, name) for name in ("id", "folder", "config", "episode", "note", "identity")}
-    return Recording(**values, steps=b"".join(lines[: agents * last]), last=last)
+    return dataclasses.replace(recording, steps=b"".join(lines[: agents * last]), last=last)
