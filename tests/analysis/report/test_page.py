@@ -9,9 +9,11 @@ import pytest
 
 import axe
 from analysis.report import render
+from analysis.report.material import gather
 from analysis.report.sections import MOST_OF_WORLDS
 from browser import browser_page
 from report_pages import narrowed
+from walkers import WORLD, Habits, make_condition, write_sweep
 
 pytestmark = pytest.mark.browser
 
@@ -26,6 +28,19 @@ def page_file(hostile_sweep, hostile) -> Path:
     )
     hostile_sweep.report_file.write_text(page, encoding="utf-8")
     return hostile_sweep.report_file
+
+
+@pytest.fixture
+def five_models(tmp_path) -> Path:
+    """The page of five models with long names over ten seeds, with every signature."""
+    names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
+    world = {**WORLD, "steps": 10}
+    conditions = [make_condition(name, range(10), world=world) for name in names]
+    habits = {name: Habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
+    folder = write_sweep(tmp_path / "sweep", conditions, habits)
+    page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
+    folder.report_file.write_text(page, encoding="utf-8")
+    return folder.report_file
 
 
 def column(page: Any, caption: str, index: int) -> list[str]:
@@ -111,6 +126,13 @@ def test_axe_finds_nothing_wrong_and_print_leaves_out_what_cannot_be_pressed_on_
         # All rows of a table are alike, so a few are checked.
         page.evaluate("() => document.querySelectorAll('tbody tr:nth-child(n+4)').forEach((one) => one.remove())")
         axe.check(page)
+
+
+def test_five_models_in_one_world_are_at_most_1500_words_unfolded_and_all_signatures_are_there(five_models: Path):
+    with browser_page() as page:
+        page.goto(five_models.as_uri())
+        assert 200 < len(page.inner_text("body").split()) <= 1500
+        assert page.locator("#signatures details").count() > 10
 
 
 def test_a_figure_is_downloaded_as_a_picture_and_printed_alone_and_its_files_are_there(page_file: Path):
