@@ -33,9 +33,9 @@
 
   async function comparePage([sweep, ...asked], query) {
     const runs = [...new Set(asked)], tried = await Promise.allSettled(runs.slice(0, COMPARED).map((run) => new foundry.RunData(sweep, run).open()));
-    const open = tried.filter((one) => one.status === "fulfilled").map((one) => one.value);
+    const open = tried.filter((load) => load.status === "fulfilled").map((load) => load.value);
     if (!open.length) throw tried[0]?.reason || new Error("No runs to compare: tick runs in the table.");
-    const left = runs.map((run, index) => ({run, why: index < COMPARED ? tried[index].reason?.message : `this page shows at most ${COMPARED} runs`})).filter((one) => one.why);
+    const left = runs.map((run, index) => ({run, why: index < COMPARED ? tried[index].reason?.message : `this page shows at most ${COMPARED} runs`})).filter((run) => run.why);
     crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], [`${open.length} runs side by side`, null]]);
     const agent = query.get("agent");
     const page = new foundry.ComparePage(open, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)}, left);
@@ -45,8 +45,8 @@
 
   async function sweepOf(wanted) {
     const {sweeps, unreadable} = await foundry.source.json("sweeps");
-    const sweep = wanted ? sweeps.find((one) => one.id === wanted) : sweeps[0];
-    if (!sweep) throw new Error(`There is no sweep '${wanted}'. Available: ${sweeps.map((one) => one.id).join(", ")}.`);
+    const sweep = wanted ? sweeps.find((sweep) => sweep.id === wanted) : sweeps[0];
+    if (!sweep) throw new Error(`There is no sweep '${wanted}'. Available: ${sweeps.map((sweep) => sweep.id).join(", ")}.`);
     return {sweeps, sweep, unreadable};
   }
 
@@ -65,12 +65,12 @@
 
   /** A probe opens with its moments if a moment has answers; other sweeps open with their runs. */
   async function sweepPage([wanted], query) {
-    const found = await sweepOf(wanted);
-    if (!found.sweep.probe) return overview(found, query);
+    const asked = await sweepOf(wanted);
+    if (!asked.sweep.probe) return overview(asked, query);
     for (const address of PROBE) await foundry.script(address);
-    const page = await new foundry.MomentsPage(found, query).open();
-    if (!page.isAnswered()) { page.dispose(); return overview(found, query); }
-    crumbs([[found.sweep.name, null]]);
+    const page = await new foundry.MomentsPage(asked, query).open();
+    if (!page.isAnswered()) { page.dispose(); return overview(asked, query); }
+    crumbs([[asked.sweep.name, null]]);
     return page;
   }
 

@@ -36,7 +36,7 @@ window.Foundry = window.Foundry || {};
 
   function append(element, child) {
     if (child === null || child === undefined || child === false) return;
-    if (Array.isArray(child)) child.forEach((one) => append(element, one));
+    if (Array.isArray(child)) child.forEach((item) => append(element, item));
     else if (child instanceof Node) element.appendChild(child);
     else appendText(element, visible(child));
   }
@@ -70,8 +70,8 @@ window.Foundry = window.Foundry || {};
   }
 
   function refocus(element, before) {
-    const name = (one) => one.getAttribute("aria-label") || one.dataset.sort || one.textContent;
-    const same = [...element.querySelectorAll(before.tagName)].find((one) => name(one) === name(before) && !one.disabled);
+    const name = (node) => node.getAttribute("aria-label") || node.dataset.sort || node.textContent;
+    const same = [...element.querySelectorAll(before.tagName)].find((node) => name(node) === name(before) && !node.disabled);
     if (same) same.focus({preventScroll: true});
   }
 
@@ -149,12 +149,12 @@ window.Foundry = window.Foundry || {};
 
   /** Return a long text in pieces that end at line ends. The browser lays out only the visible pieces. */
   function sheets(text) {
-    const found = [];
+    const pieces = [];
     for (let from = 0, to = 0; from < text.length; from = to) {
       to = text.indexOf("\n", from + SHEET) + 1 || text.length;
-      found.push(h("div", {class: "sheet"}, text.slice(from, to)));
+      pieces.push(h("div", {class: "sheet"}, text.slice(from, to)));
     }
-    return found;
+    return pieces;
   }
 
   /** A text of a model or a person: isolated from the page's own text, whatever its direction. */
@@ -177,13 +177,13 @@ window.Foundry = window.Foundry || {};
 
   /** Group items by the value of a function, in the order of the first item of each group. */
   function grouped(things, of) {
-    const found = new Map();
-    for (const one of things) {
-      const key = of(one);
-      if (!found.has(key)) found.set(key, []);
-      found.get(key).push(one);
+    const groups = new Map();
+    for (const thing of things) {
+      const key = of(thing);
+      if (!groups.has(key)) groups.set(key, []);
+      groups.get(key).push(thing);
     }
-    return found;
+    return groups;
   }
 
   foundry.dom = {h, s, fill, breakable, announce, number, color, penOf, redrawn, polyline, badge, quote, keys, isTyping, visible, grouped};

@@ -44,13 +44,13 @@
 
   /** Return the page for a run. Its scripts are loaded in order, because each may need those before it. */
   foundry.formOf = async (about) => {
-    let found = null;
+    let form = null;
     for (const part of about.page) {
       await script(part.script);
-      found = forms[part.form];
-      if (!found) throw new Error(`${part.script} does not call Foundry.form("${part.form}", {...}). The browser's console may show the reason.`);
-      for (const address of found.needs || []) await script(address);
+      form = forms[part.form];
+      if (!form) throw new Error(`${part.script} does not call Foundry.form("${part.form}", {...}). The browser's console may show the reason.`);
+      for (const address of form.needs || []) await script(address);
     }
-    return found;
+    return form;
   };
 })(window.Foundry);

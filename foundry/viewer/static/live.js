@@ -24,12 +24,12 @@
   }
 
   /** Return the time at which the remaining calls will be made if the speed does not change. */
-  function end(found, looked, sent) {
-    if (looked < found.runs) return "unknown until all runs have been read";
-    if (found.left === null || !sent) return "not known yet";
-    const seconds = found.left / sent, day = seconds > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
-    const clock = new Date((found.at + seconds) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
-    return `in ${span(seconds)} (${clock}), if the speed stays the same${besides(found)}`;
+  function end(load, looked, sent) {
+    if (looked < load.runs) return "unknown until all runs have been read";
+    if (load.left === null || !sent) return "not known yet";
+    const seconds = load.left / sent, day = seconds > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
+    const clock = new Date((load.at + seconds) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
+    return `in ${span(seconds)} (${clock}), if the speed stays the same${besides(load)}`;
   }
 
   class Live {
@@ -60,53 +60,53 @@
       setTimeout(() => this.disposed || this.look(), POLL_MS);
     }
 
-    take(found) {
+    take(load) {
       const before = this.looks[this.looks.length - 1];
-      if (before && found.calls < before.calls) this.looks = []; // another session counts from 0
-      if (!before || found.at > before.at) this.looks = [...this.looks, found].slice(-KEPT);
-      this.draw(found);
+      if (before && load.calls < before.calls) this.looks = []; // another session counts from 0
+      if (!before || load.at > before.at) this.looks = [...this.looks, load].slice(-KEPT);
+      this.draw(load);
     }
 
-    draw(found) {
-      const {counts} = found, looked = Object.values(counts).reduce((a, b) => a + b, 0), ended = (counts.complete || 0) + (counts.failed || 0);
-      const sent = pace(this.looks, (one) => one.calls - one.cached), tokens = pace(this.looks, (one) => one.output_tokens);
+    draw(load) {
+      const {counts} = load, looked = Object.values(counts).reduce((a, b) => a + b, 0), ended = (counts.complete || 0) + (counts.failed || 0);
+      const sent = pace(this.looks, (look) => look.calls - look.cached), tokens = pace(this.looks, (look) => look.output_tokens);
       const rate = (perSecond, what) => (perSecond === null ? "not known yet" : `${number(perSecond)} ${what} per second`);
-      const busy = found.workers > 0;
-      fill(this.facts, h("div", {class: "progress"}, h("progress", {max: String(found.runs), value: String(ended), "aria-label": "Runs that have ended"}),
-        h("span", {}, `${number(ended)} of ${number(found.runs)} runs ended`), looked < found.runs ? h("span", {}, `(${number(looked)} read so far)`) : null,
+      const busy = load.workers > 0;
+      fill(this.facts, h("div", {class: "progress"}, h("progress", {max: String(load.runs), value: String(ended), "aria-label": "Runs that have ended"}),
+        h("span", {}, `${number(ended)} of ${number(load.runs)} runs ended`), looked < load.runs ? h("span", {}, `(${number(looked)} read so far)`) : null,
         STANDINGS.filter((word) => counts[word]).map((word) => h("span", {}, badge(word), ` ${number(counts[word])}`))),
       foundry.parts.facts([
-        ["workers", busy ? number(found.workers) : "none; this sweep is not running"],
-        ["calls", busy ? `${number(found.calls)} made in this session${found.left === null ? "" : `, about ${number(Math.round(found.left))} left${besides(found)}`}` : null],
-        ["from the cache", found.calls ? `${number(100 * found.cached / found.calls)} % of the calls` : null],
+        ["workers", busy ? number(load.workers) : "none; this sweep is not running"],
+        ["calls", busy ? `${number(load.calls)} made in this session${load.left === null ? "" : `, about ${number(Math.round(load.left))} left${besides(load)}`}` : null],
+        ["from the cache", load.calls ? `${number(100 * load.cached / load.calls)} % of the calls` : null],
         ["speed", busy ? rate(sent, "calls sent") : null], ["output", busy ? rate(tokens, "tokens received") : null],
-        ["retries", busy ? number(found.retries) : null],
-        ["queue", found.allowed ? `${number(found.wanted)} calls sent or waiting; at most ${number(found.allowed)} at a time` : null],
-        ["estimated end", busy ? end(found, looked, sent) : null],
-      ]), found.notes.map((line) => h("p", {class: "note"}, line)));
-      this.drawRuns(found);
-      this.drawFailures(found);
+        ["retries", busy ? number(load.retries) : null],
+        ["queue", load.allowed ? `${number(load.wanted)} calls sent or waiting; at most ${number(load.allowed)} at a time` : null],
+        ["estimated end", busy ? end(load, looked, sent) : null],
+      ]), load.notes.map((line) => h("p", {class: "note"}, line)));
+      this.drawRuns(load);
+      this.drawFailures(load);
     }
 
-    drawRuns(found) {
+    drawRuns(load) {
       const heads = ["run", "model", "prompt", "seed", "step", "calls", "cached", "retries", "tokens out"];
       const of = (done, all) => `${number(done)}${all === null || all === undefined ? "" : ` of ${number(all)}`}`;
-      const row = (one) => h("tr", {"data-run": one.run}, h("th", {scope: "row"}, h("a", {href: `#/run/${this.sweep}/${one.run}`}, one.run)),
-        [one.model, one.prompt, String(one.seed)].map((text) => h("td", {}, text)),
-        [of(one.done, one.planned), of(one.calls, one.expected), number(one.cached), number(one.retries), number(one.output_tokens)].map((text) => h("td", {class: "number"}, text)));
-      fill(this.runs, found.open.length ? h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Open runs"),
-        h("thead", {}, h("tr", {}, heads.map((name, index) => h("th", {scope: "col", class: index > 3 ? "number" : null}, name)))), h("tbody", {}, found.open.map(row)))
-        : h("p", {class: "note"}, "No run is open."), found.open_runs > found.open.length ? h("p", {class: "note"}, `and ${number(found.open_runs - found.open.length)} more`) : null);
+      const row = (run) => h("tr", {"data-run": run.run}, h("th", {scope: "row"}, h("a", {href: `#/run/${this.sweep}/${run.run}`}, run.run)),
+        [run.model, run.prompt, String(run.seed)].map((text) => h("td", {}, text)),
+        [of(run.done, run.planned), of(run.calls, run.expected), number(run.cached), number(run.retries), number(run.output_tokens)].map((text) => h("td", {class: "number"}, text)));
+      fill(this.runs, load.open.length ? h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Open runs"),
+        h("thead", {}, h("tr", {}, heads.map((name, index) => h("th", {scope: "col", class: index > 3 ? "number" : null}, name)))), h("tbody", {}, load.open.map(row)))
+        : h("p", {class: "note"}, "No run is open."), load.open_runs > load.open.length ? h("p", {class: "note"}, `and ${number(load.open_runs - load.open.length)} more`) : null);
     }
 
-    drawFailures(found) {
-      const total = found.counts.failed || 0, text = JSON.stringify([total, found.failures]), more = found.causes - found.failures.length;
+    drawFailures(load) {
+      const total = load.counts.failed || 0, text = JSON.stringify([total, load.failures]), more = load.causes - load.failures.length;
       if (text === this.failed) return;
       this.failed = text;
       if (total) announce(`${total} runs failed.`);
-      fill(this.failures, total ? [h("h2", {}, `Failed runs (${number(total)})`), h("p", {}, "Play them again with ", h("code", {class: "again"}, found.again)),
-        h("ul", {}, found.failures.map((one) => h("li", {}, h("b", {}, `${number(one.count)} × ${one.error_type || "Error"}: `), h("bdi", {}, one.error || ""), " ",
-          one.runs.map((run) => [h("a", {href: `#/run/${this.sweep}/${run}`}, run), " "]), one.count > one.runs.length ? "…" : null))), more ? h("p", {class: "note"}, `and ${number(more)} further causes`) : null] : null);
+      fill(this.failures, total ? [h("h2", {}, `Failed runs (${number(total)})`), h("p", {}, "Play them again with ", h("code", {class: "again"}, load.again)),
+        h("ul", {}, load.failures.map((cause) => h("li", {}, h("b", {}, `${number(cause.count)} × ${cause.error_type || "Error"}: `), h("bdi", {}, cause.error || ""), " ",
+          cause.runs.map((run) => [h("a", {href: `#/run/${this.sweep}/${run}`}, run), " "]), cause.count > cause.runs.length ? "…" : null))), more ? h("p", {class: "note"}, `and ${number(more)} further causes`) : null] : null);
     }
   }
 

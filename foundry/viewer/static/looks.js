@@ -66,7 +66,7 @@
   }
 
   /** Return the lengths of the dashes and gaps of a line of this width. */
-  function broken({dashes: lengths}, width) { return lengths.map((one) => one * width); }
+  function broken({dashes: lengths}, width) { return lengths.map((length) => length * width); }
 
   foundry.looks = {look, ofModels, ofItems, ofRuns, mark, line, trace, broken, baseline};
 })(window.Foundry);

@@ -115,7 +115,7 @@
       const at = this.options.where(), {step, agent} = at, run = {step: null, agent: null};
       const given = this.changed || ("moment" in at ? at : null);
       this.places = given ? [given] : [...agent === null || step === null ? [] : [{step, agent}], ...step === null ? [] : [{step, agent: null}], run];
-      fill(this.place, this.places.map((one, index) => h("option", {value: String(index)}, `on ${this.name(one)}`)));
+      fill(this.place, this.places.map((place, index) => h("option", {value: String(index)}, `on ${this.name(place)}`)));
       this.run.disabled = Boolean(given);
       if (given) this.run.value = given.run;
     }

@@ -7,16 +7,16 @@
 
   /** A small cache: a few values by key, the most recently used last. */
   class Recent {
-    constructor(size) { this.size = size; this.kept = new Map(); }
+    constructor(size) { this.size = size; this.entries = new Map(); }
     get(key) {
-      const value = this.kept.get(key);
-      if (value !== undefined) { this.kept.delete(key); this.kept.set(key, value); }
+      const value = this.entries.get(key);
+      if (value !== undefined) { this.entries.delete(key); this.entries.set(key, value); }
       return value;
     }
     set(key, value) {
-      this.kept.delete(key);
-      this.kept.set(key, value);
-      while (this.kept.size > this.size) this.kept.delete(this.kept.keys().next().value);
+      this.entries.delete(key);
+      this.entries.set(key, value);
+      while (this.entries.size > this.size) this.entries.delete(this.entries.keys().next().value);
     }
   }
 
@@ -96,10 +96,10 @@
     /** Load the chunk of a step. */
     async load(step) {
       const number = this.numberOf(step, this.about.steps_per_chunk);
-      const {chunks} = this, kept = chunks.get(number);
-      if (kept && this.isWhole(kept, number, this.about.steps_per_chunk)) return kept;
-      const found = await this.once(`frames/${number}`);
-      const chunk = this.form.chunk(found, this.about);
+      const {chunks} = this, known = chunks.get(number);
+      if (known && this.isWhole(known, number, this.about.steps_per_chunk)) return known;
+      const block = await this.once(`frames/${number}`);
+      const chunk = this.form.chunk(block, this.about);
       chunks.set(number, chunk);
       return chunk;
     }
@@ -115,24 +115,24 @@
     /** Return an agent's decision at a step: records, calls and received messages; also its messages and records since step `since`. */
     async decision(step, agent) {
       const size = this.about.decisions_per_chunk, number = this.numberOf(step, size), numbers = number ? [number - 1, number] : [number];
-      const chunks = await Promise.all(numbers.map((one) => this.kept(this.decisionChunks, `decisions/${one}/${agent}`, one, size)));
-      const steps = chunks.flatMap((one) => one.steps), received = chunks.flatMap((one) => one.received), chunk = chunks.at(-1);
+      const chunks = await Promise.all(numbers.map((index) => this.chunkOf(this.decisionChunks, `decisions/${index}/${agent}`, index, size)));
+      const steps = chunks.flatMap((block) => block.steps), received = chunks.flatMap((block) => block.received), chunk = chunks.at(-1);
       return {
         momentOf: (...moment) => this.momentOf(...moment),
-        record: chunk.steps.find((one) => one.step === step) || null,
-        records: chunk.steps.filter((one) => one.step === step),
-        calls: chunk.calls.filter((one) => one.step === step),
+        record: chunk.steps.find((row) => row.step === step) || null,
+        records: chunk.steps.filter((row) => row.step === step),
+        calls: chunk.calls.filter((call) => call.step === step),
         received: received.filter(([at]) => at === step),
         since: chunks[0].first,
         before: received.filter(([at]) => at < step),
-        earlier: steps.filter((one) => one.step < step),
+        earlier: steps.filter((row) => row.step < step),
         damaged: chunk.damaged,
       };
     }
 
     track(agent) { return this.once(`track/${agent}`); }
 
-    texts(number) { return this.kept(this.textChunks, `texts/${number}`, number, this.about.steps_per_chunk); }
+    texts(number) { return this.chunkOf(this.textChunks, `texts/${number}`, number, this.about.steps_per_chunk); }
 
     /** Return the messages of agents at a step, by agent. */
     async said(step) {
@@ -141,7 +141,7 @@
     }
 
     /** Return a chunk from memory, or load it. An incomplete chunk is loaded again. */
-    async kept(chunks, address, number, size) {
+    async chunkOf(chunks, address, number, size) {
       const known = chunks.get(address);
       if (known && this.isWhole(known, number, size)) return known;
       const chunk = await this.once(address);

@@ -27,17 +27,17 @@
       this.state.textContent = "";
       if (!wanted) return;
       const size = this.data.about.steps_per_chunk, chunks = Math.ceil(this.data.done / size);
-      let found = 0;
+      let count = 0;
       try {
-        for (let chunk = 0; chunk < chunks && found < MOST; chunk += 1) {
-          this.state.textContent = `${found} found, searching step ${chunk * size + 1} of ${this.data.done}`;
+        for (let chunk = 0; chunk < chunks && count < MOST; chunk += 1) {
+          this.state.textContent = `${count} found, searching step ${chunk * size + 1} of ${this.data.done}`;
           const {texts} = await this.data.texts(chunk);
           if (turn !== this.turn) return;
-          const hits = texts.filter((one) => one[2].toLocaleLowerCase().includes(wanted)).slice(0, MOST - found);
+          const hits = texts.filter((row) => row[2].toLocaleLowerCase().includes(wanted)).slice(0, MOST - count);
           hits.forEach((hit) => this.list.append(this.item(hit, wanted)));
-          found += hits.length;
+          count += hits.length;
         }
-        this.state.textContent = `${found} found${found >= MOST ? "; there may be more" : ""}`;
+        this.state.textContent = `${count} found${count >= MOST ? "; there may be more" : ""}`;
       } catch (error) {
         this.state.textContent = error.message;
       }

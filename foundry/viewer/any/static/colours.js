@@ -53,7 +53,7 @@
     /** Return the colour of a number by its position in the range, 0 to 1. */
     onScale(share) {
       const strength = PALE + (1 - PALE) * Math.max(0, Math.min(1, share));
-      return this.ground.map((one, index) => Math.round(one + (this.strong[index] - one) * strength));
+      return this.ground.map((part, index) => Math.round(part + (this.strong[index] - part) * strength));
     }
 
     /** Return the colour of an action as [red, green, blue]. */

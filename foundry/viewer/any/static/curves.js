@@ -13,7 +13,7 @@
       this.reset();
       const {curves} = data.about;
       this.choice = h("select", {"aria-label": "Numbers over time", hidden: curves.length < 2, onchange: () => { this.shown = Number(this.choice.value); this.redraw(); }},
-        curves.map((one, index) => h("option", {value: String(index)}, one.name)));
+        curves.map((curve, index) => h("option", {value: String(index)}, curve.name)));
       this.title = h("figcaption");
       this.canvas = h("canvas", {class: "curves", role: "img", "aria-label": "Numbers over time"});
       this.legend = h("p", {class: "legend"});
@@ -24,7 +24,7 @@
 
     reset() {
       this.beginning = this.data.progress.beginning;
-      this.values = this.data.about.curves.map((one) => one.keys.map(() => ({low: [], mean: [], high: []})));
+      this.values = this.data.about.curves.map((curve) => curve.keys.map(() => ({low: [], mean: [], high: []})));
       this.loaded = 0;
     }
 
@@ -43,8 +43,8 @@
     }
 
     /** Store the values of a block at its first step. A block that is loaded again may be longer. */
-    take(known, found, first) {
-      for (const name of ["low", "mean", "high"]) known[name].splice(first - 1, Infinity, ...found[name]);
+    take(known, block, first) {
+      for (const name of ["low", "mean", "high"]) known[name].splice(first - 1, Infinity, ...block[name]);
     }
 
     /** Return the names, values and colours of the visible lines. */
@@ -62,12 +62,12 @@
       this.title.textContent = `${this.data.about.curves[this.shown].name} over time`;
       this.known.textContent = score?.known ? `Score ${number(score.value)}. Known scores: ${score.known}.` : "";
       this.canvas.style.width = `${lanes.width}px`;
-      const pen = sized(this.canvas, lanes.width, CHART), known = lines.flatMap((one) => [...one.low, ...one.high]).filter((one) => one !== null);
+      const pen = sized(this.canvas, lanes.width, CHART), known = lines.flatMap((line) => [...line.low, ...line.high]).filter((n) => n !== null);
       const low = known.reduce((a, b) => Math.min(a, b), 0), most = known.reduce((a, b) => Math.max(a, b), low), high = most === low ? low + 1 : most;
       const y = (value) => INSET + (CHART - 2 * INSET) * (1 - (value - low) / (high - low)), x = (index) => lanes.left(index + 1) + lanes.column / 2;
-      for (const one of lines) {
-        this.band(pen, one, x, y);
-        this.line(pen, one, x, y);
+      for (const line of lines) {
+        this.band(pen, line, x, y);
+        this.line(pen, line, x, y);
       }
       lanes.drawScale(pen, low, high);
       lanes.drawCursor(pen, CHART);
@@ -86,8 +86,8 @@
 
     /** Draw the mean over time. A line that never changes, such as a capacity, is dashed. */
     line(pen, {mean, colour}, x, y) {
-      const known = mean.filter((one) => one !== null), first = known[0];
-      pen.setLineDash(known.length > 1 && known.every((one) => one === first) ? DASHES : []);
+      const known = mean.filter((n) => n !== null), first = known[0];
+      pen.setLineDash(known.length > 1 && known.every((n) => n === first) ? DASHES : []);
       pen.strokeStyle = colour;
       pen.lineWidth = 2;
       polyline(pen, mean, x, y, STUB);
@@ -100,7 +100,7 @@
       const said = lines.map(({key, low, mean, high}) => `${key} ${mean[at] === null || mean[at] === undefined ? "–" : number(mean[at], 6)}${
         low[at] === high[at] ? "" : ` (${number(low[at], 6)} to ${number(high[at], 6)})`}`);
       fill(this.legend, lines.map(({colour}, index) => h("span", {}, h("i", {class: "swatch", "data-color": colour}), ` ${said[index]}`)));
-      this.legend.querySelectorAll(".swatch").forEach((one) => { one.style.backgroundColor = one.dataset.color; });
+      this.legend.querySelectorAll(".swatch").forEach((swatch) => { swatch.style.backgroundColor = swatch.dataset.color; });
       this.canvas.setAttribute("aria-label", `Step ${at + 1}: ${said.join(", ")}`);
     }
   }

@@ -101,14 +101,14 @@
 
     drawLegend() {
       const {colours, counts} = this, swatch = (rgb, more = "") => h("i", {class: `swatch ${more}`, "data-color": rgb.join()});
-      const total = [...counts.values()].reduce((sum, one) => sum + one, 0), share = (key) => `${Math.round((100 * (counts.get(key) || 0)) / Math.max(1, total))} %`;
+      const total = [...counts.values()].reduce((sum, n) => sum + n, 0), share = (key) => `${Math.round((100 * (counts.get(key) || 0)) / Math.max(1, total))} %`;
       const labels = [...colours.labels].map(([label, rgb]) => h("span", {}, swatch(rgb), h("bdi", {}, ` ${label}`), h("small", {}, ` ${share(label)}`)));
       const [low, high] = colours.range;
       const scale = colours.hasNumbers || (!labels.length && Number.isFinite(low)) ? h("span", {class: "scale"}, number(low), this.ramp(), number(high)) : null;
       const others = [[null, "no action", colours.quiet], ["\u0000unreadable", "unreadable", colours.bad, "hatched"]].filter(([key]) => counts.get(key))
         .map(([key, text, rgb, more]) => h("span", {}, swatch(rgb, more), ` ${text}`, h("small", {}, ` ${share(key)}`)));
       fill(this.legend, labels, scale, others, this.every > 1 ? h("span", {}, `every ${this.every}th step is shown`) : null);
-      this.legend.querySelectorAll(".swatch").forEach((one) => { one.style.backgroundColor = `rgb(${one.dataset.color})`; });
+      this.legend.querySelectorAll(".swatch").forEach((swatch) => { swatch.style.backgroundColor = `rgb(${swatch.dataset.color})`; });
     }
 
     ramp() {
@@ -187,7 +187,7 @@
 
     drawAxis(pen) {
       const wanted = Math.max(1, this.run.loaded / Math.max(1, (this.width - GUTTER) / 60));
-      const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000].find((one) => one >= wanted) || 50000;
+      const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000].find((gap) => gap >= wanted) || 50000;
       pen.fillStyle = color("soft");
       pen.textBaseline = "top";
       for (let step = 1; step <= this.run.loaded; step = step === 1 && every > 1 ? every : step + every) {
@@ -218,20 +218,20 @@
     drawUtility() {
       this.chart.style.width = `${this.width}px`; // a scroll bar beside the rows takes up space
       const pen = sized(this.chart, this.width, CHART), {utilities} = this.run;
-      const lows = utilities.map((one) => one.low), highs = utilities.map((one) => one.high);
+      const lows = utilities.map((sums) => sums.low), highs = utilities.map((sums) => sums.high);
       let low = Infinity, high = -Infinity;
-      lows.forEach((one) => { low = Math.min(low, one); });
-      highs.forEach((one) => { high = Math.max(high, one); });
+      lows.forEach((value) => { low = Math.min(low, value); });
+      highs.forEach((value) => { high = Math.max(high, value); });
       if (high === low) { low -= 1; high += 1; }
       const y = (value) => 6 + (CHART - 12) * (1 - (value - low) / (high - low)), x = (step) => this.left(step) + this.column / 2;
       pen.beginPath();
-      utilities.forEach((one, index) => pen.lineTo(x(index + 1), y(one.high)));
+      utilities.forEach((sums, index) => pen.lineTo(x(index + 1), y(sums.high)));
       [...utilities.keys()].reverse().forEach((index) => utilities[index] && pen.lineTo(x(index + 1), y(utilities[index].low)));
       pen.globalAlpha = 0.2;
       pen.fillStyle = color("accent");
       pen.fill();
       pen.globalAlpha = 1;
-      this.line(pen, utilities.map((one) => one.sum / one.count), (at) => x(at + 1), y, "accent");
+      this.line(pen, utilities.map((sums) => sums.sum / sums.count), (at) => x(at + 1), y, "accent");
       if (this.selected !== null) this.line(pen, this.ofAgent(), (at) => x(at + 1), y, "select");
       this.drawScale(pen, low, high);
       this.drawCursor(pen, CHART);
@@ -265,23 +265,23 @@
     }
 
     pick(event) {
-      const found = this.sheet && this.under(event);
-      if (found) this.onPick(found[0], found[1] >= 1 ? found[1] : null);
+      const place = this.sheet && this.under(event);
+      if (place) this.onPick(place[0], place[1] >= 1 ? place[1] : null);
     }
 
     tell(event) {
-      const found = this.sheet && this.under(event);
-      this.canvas.title = found && found[1] >= 1 ? `agent ${found[0]}, step ${found[1]}: ${this.doing(found[1]).get(found[0]) ?? "no decision"}` : "";
+      const place = this.sheet && this.under(event);
+      this.canvas.title = place && place[1] >= 1 ? `agent ${place[0]}, step ${place[1]}: ${this.doing(place[1]).get(place[0]) ?? "no decision"}` : "";
     }
 
     /** Return the actions of all agents at a step, in words. */
     doing(step) {
-      const found = new Map();
+      const actions = new Map();
       this.run.each(this.kind, (block, at) => {
         const words = this.run.isUnreadable(block, at) ? this.data.about.outcomes[block.outcome[at]] : block.action[at] === null ? "no action" : String(block.action[at]);
-        found.set(block.agent[at], found.has(block.agent[at]) ? `${found.get(block.agent[at])}, then ${words}` : words);
+        actions.set(block.agent[at], actions.has(block.agent[at]) ? `${actions.get(block.agent[at])}, then ${words}` : words);
       }, step);
-      return found;
+      return actions;
     }
 
     /** Return the step whose actions are shown in words. */

@@ -1,19 +1,19 @@
 "use strict";
 /* The page for runs of any form: agents over time, the decisions of a step, pictures, prompts and replies. */
 (function (foundry) {
-  const {h, badge, quote, number} = foundry.dom, {facts, told, thought} = foundry.parts;
+  const {h, badge, quote, number} = foundry.dom, {facts, inbox, thought} = foundry.parts;
   const FINE = ["chosen", "repaired", undefined];
   const LONG = 60;
 
   /** Group the lines of a chunk by their step, and by their step and agent. */
-  function chunk(found) {
+  function chunk(block) {
     const ofStep = new Map(), ofAgent = new Map();
     const add = (map, key, row) => { if (map.has(key)) map.get(key).push(row); else map.set(key, [row]); };
-    for (const row of found.rows) {
+    for (const row of block.rows) {
       add(ofStep, row.step, row);
       add(ofAgent, `${row.step}/${row.agent}`, row);
     }
-    return {first: found.first, last: found.last, ofStep, ofAgent};
+    return {first: block.first, last: block.last, ofStep, ofAgent};
   }
 
   function same(chunk, about, step, agent) {
@@ -33,28 +33,28 @@
     return [
       h("h4", {class: several ? "kind" : null}, several ? h("bdi", {}, record.kind ?? "decision") : "Did"),
       facts([["action", h("span", {}, record.outcome ? badge(record.outcome) : null, " ", h("bdi", {}, action(record.action)))],
-        ["utility", typeof record.utility === "number" ? number(record.utility, 6) : null], ...own.filter((one) => !isLong(one)).map(plain)]),
+        ["utility", typeof record.utility === "number" ? number(record.utility, 6) : null], ...own.filter((key) => !isLong(key)).map(plain)]),
       typeof record.message === "string" ? [h("h4", {}, "Said"), quote(record.message)] : null,
       own.filter(isLong).map(([key, value]) => [h("h4", {}, key), quote(value)]),
     ];
   }
 
   function decision({records, calls, ...rest}) {
-    const reasons = records.map((one) => ["Thought", one.reasoning]);
-    return [told(rest), thought(reasons, calls), records.map((one) => recordView(one, records.length > 1))];
+    const reasons = records.map((record) => ["Thought", record.reasoning]);
+    return [inbox(rest), thought(reasons, calls), records.map((record) => recordView(record, records.length > 1))];
   }
 
   /** Return what an agent did at a step: its actions in words, its message, and the outcomes of its decisions. */
   function summed(rows) {
-    const told = rows.filter((row) => row.action !== null && row.action !== undefined), several = new Set(rows.map((row) => row.kind)).size > 1;
-    const words = told.map((row) => (several ? `${row.kind}: ${action(row.action)}` : action(row.action)));
+    const acts = rows.filter((row) => row.action !== null && row.action !== undefined), several = new Set(rows.map((row) => row.kind)).size > 1;
+    const words = acts.map((row) => (several ? `${row.kind}: ${action(row.action)}` : action(row.action)));
     return {action: words.join(", ") || "no action", said: rows.map((row) => row.message).find((text) => typeof text === "string") ?? null,
-      outcomes: rows.map((row) => row.outcome).filter((one) => one !== undefined)};
+      outcomes: rows.map((row) => row.outcome).filter((outcome) => outcome !== undefined)};
   }
 
   function gist({records}) {
     const {action: did, said} = summed(records);
-    return {thoughts: records.map((one) => one.reasoning), did, said};
+    return {thoughts: records.map((record) => record.reasoning), did, said};
   }
 
   /**
@@ -63,10 +63,10 @@
    * call.
    */
   function outcome({records, calls}, kind, before) {
-    const named = records.filter((one) => one.kind === kind);
-    if (named.length === calls.filter((one) => one.kind === kind).length) return named[before].outcome;
-    const lines = named.length ? named : records.filter((one) => one.kind === undefined);
-    return (lines.find((one) => !FINE.includes(one.outcome)) || lines[0] || {}).outcome;
+    const named = records.filter((record) => record.kind === kind);
+    if (named.length === calls.filter((call) => call.kind === kind).length) return named[before].outcome;
+    const lines = named.length ? named : records.filter((record) => record.kind === undefined);
+    return (lines.find((record) => !FINE.includes(record.outcome)) || lines[0] || {}).outcome;
   }
 
   /**

@@ -7,7 +7,7 @@
   class Picture {
     constructor(data) {
       this.data = data;
-      this.kept = new Map();
+      this.urls = new Map();
       this.image = h("img", {alt: "", hidden: true});
       this.note = h("p", {class: "note", hidden: true});
       this.caption = h("span");
@@ -45,13 +45,13 @@
 
     async url(step) {
       const key = `${this.data.progress.beginning}/${step}`;
-      if (!this.kept.has(key)) {
+      if (!this.urls.has(key)) {
         const bytes = await foundry.source.bytes(`${this.data.address}/picture/${step}`);
-        this.kept.set(key, URL.createObjectURL(new Blob([bytes], {type: "image/png"})));
-        const [oldest] = this.kept.keys();
-        if (this.kept.size > KEPT) { URL.revokeObjectURL(this.kept.get(oldest)); this.kept.delete(oldest); }
+        this.urls.set(key, URL.createObjectURL(new Blob([bytes], {type: "image/png"})));
+        const [oldest] = this.urls.keys();
+        if (this.urls.size > KEPT) { URL.revokeObjectURL(this.urls.get(oldest)); this.urls.delete(oldest); }
       }
-      return this.kept.get(key);
+      return this.urls.get(key);
     }
 
     fill(step, url) {
@@ -71,7 +71,7 @@
 
     dispose() {
       this.disposed = true;
-      for (const url of this.kept.values()) URL.revokeObjectURL(url);
+      for (const url of this.urls.values()) URL.revokeObjectURL(url);
     }
   }
 

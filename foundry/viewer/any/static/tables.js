@@ -81,7 +81,7 @@
     constructor(data) {
       this.data = data;
       this.tables = data.about.streams.map((stream, index) => this.made(stream, index));
-      this.element = h("div", {class: "streams"}, this.tables.map((one) => one.element));
+      this.element = h("div", {class: "streams"}, this.tables.map((table) => table.element));
     }
 
     made(stream, index) {
@@ -93,19 +93,19 @@
     async show(step) {
       this.step = step;
       const {data} = this, size = data.about.steps_per_chunk;
-      for (const one of this.tables) {
-        const rows = await this.rows(one, one.stream.by_step ? data.numberOf(step, size) : 0);
+      for (const table of this.tables) {
+        const rows = await this.rows(table, table.stream.by_step ? data.numberOf(step, size) : 0);
         if (this.step !== step) return;
-        this.fill(one, one.stream.by_step ? rows.filter((row) => row.step === step) : rows);
+        this.fill(table, table.stream.by_step ? rows.filter((row) => row.step === step) : rows);
       }
     }
 
     /** Return the lines of a chunk. The last chunk stays in memory unless the run grows. */
-    async rows(one, chunk) {
+    async rows(table, chunk) {
       const key = `${chunk}/${this.data.done}/${this.data.progress.beginning}`;
-      if (one.key !== key) one.rows = (await this.data.once(`stream/${one.index}/${chunk}`)).rows;
-      one.key = key;
-      return one.rows;
+      if (table.key !== key) table.rows = (await this.data.once(`stream/${table.index}/${chunk}`)).rows;
+      table.key = key;
+      return table.rows;
     }
 
     fill({stream, table, count, element}, rows) {

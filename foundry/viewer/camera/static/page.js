@@ -158,11 +158,11 @@
     goal() {
       const {episode} = this.data.about;
       if (!episode) return null;
-      const told = Object.entries(episode.instruction || {});
+      const texts = Object.entries(episode.instruction || {});
       const goal = ["Find ", h("b", {}, h("bdi", {}, episode.target)),
         ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest route: ${metres(episode.shortest_m)}.`];
       return h("div", {class: "goal"}, h("p", {}, episode.walk ? `Questions after a walk in ${episode.scene}.` : goal),
-      told.map(([language, text]) => h("p", {class: "told-way"}, `Told in ${language}: `, h("q", {}, h("bdi", {}, text)))));
+      texts.map(([language, text]) => h("p", {class: "told-way"}, `Told in ${language}: `, h("q", {}, h("bdi", {}, text)))));
     }
 
     summary() {
@@ -218,7 +218,7 @@
     page: (data, wanted) => new CameraPage(data, wanted),
     panel: (data) => new foundry.camera.SeenImage(data),
     arranged: (panels, looks) => new foundry.camera.Row(panels, looks).element,
-    chunk: (found) => found,
+    chunk: (block) => block,
     same(chunk, about, step) {
       const record = chunk.steps[step - chunk.first];
       return JSON.stringify([record.pose, record.command, record.outcome]);

@@ -50,16 +50,16 @@
     }
 
     async findTarget(record) {
-      let found;
+      let mark;
       try {
-        found = await this.sights.at(record.step);
+        mark = await this.sights.at(record.step);
       } catch (error) {
-        found = {sight: null, why: error.message};
+        mark = {sight: null, why: error.message};
       }
       if (this.record !== record) return;
-      this.sight = found.sight;
-      this.why.hidden = !found.why;
-      this.why.textContent = `The target is not marked: ${found.why}`;
+      this.sight = mark.sight;
+      this.why.hidden = !mark.why;
+      this.why.textContent = `The target is not marked: ${mark.why}`;
       this.tell();
     }
 
@@ -98,8 +98,8 @@
   }
 
   /** The switch between the image with the target marked and the exact image; null if there is no target to mark. */
-  foundry.camera.marking = (images) => (images.some((one) => one.target)
-    ? h("label", {class: "marking"}, h("input", {type: "checkbox", checked: true, onchange: (event) => images.forEach((one) => one.setMarked(event.target.checked))}), " target marked")
+  foundry.camera.marking = (images) => (images.some((image) => image.target)
+    ? h("label", {class: "marking"}, h("input", {type: "checkbox", checked: true, onchange: (event) => images.forEach((image) => image.setMarked(event.target.checked))}), " target marked")
     : null);
 
   foundry.camera.SeenImage = SeenImage;

@@ -13,7 +13,7 @@
         element.style.borderTopColor = looks[index].paint;
       });
       this.element = h("section", {class: "picture-row", "aria-label": "What each model saw"},
-        foundry.camera.marking(panels.map(({view}) => view)), h("div", {class: "pictures", tabindex: "0", role: "group", "aria-label": "Pictures"}, panels.map((one) => one.element)));
+        foundry.camera.marking(panels.map(({view}) => view)), h("div", {class: "pictures", tabindex: "0", role: "group", "aria-label": "Pictures"}, panels.map((panel) => panel.element)));
     }
 
     button({run}, index) {

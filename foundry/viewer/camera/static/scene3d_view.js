@@ -67,8 +67,8 @@ window.FoundrySceneView = (() => {
       if (!this.episode?.legs) return;
       const radius = 0.015 * this.bodyHeight;
       const points = this.episode.shortest_path.map(([x, y, z]) => new THREE.Vector3(x, y, z + radius));
-      this.told = makeTrail(points, radius, 0.6, TARGET);
-      this.world.add(this.told);
+      this.trail = makeTrail(points, radius, 0.6, TARGET);
+      this.world.add(this.trail);
     }
 
     /** Takes the present records. */
@@ -117,7 +117,7 @@ window.FoundrySceneView = (() => {
 
     /** The position and the centre of the view, as a text for an address; null for the whole scene. */
     get place() {
-      const now = [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((one) => Number(one.toFixed(3)));
+      const now = [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((n) => Number(n.toFixed(3)));
       return now.join() === this.whole ? null : now.join();
     }
 

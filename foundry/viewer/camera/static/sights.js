@@ -8,7 +8,7 @@
 
   /** Return the effect of a command, in words. */
   function command(value) {
-    const parts = [], given = (one) => one !== null && one !== undefined;
+    const parts = [], given = (value) => value !== null && value !== undefined;
     if (value.translate) parts.push(`move ${number(value.translate.distance)} m ${bearing(value.translate.bearing)}`);
     if (given(value.turn)) parts.push(`turn ${aside(value.turn)}`);
     if (given(value.gaze)) parts.push(`look ${number(Math.abs(value.gaze))}° ${value.gaze < 0 ? "down" : "up"}`);
@@ -43,13 +43,13 @@
 
   /** Return the reading of a reply and the visibility of the target, one line each. */
   function reading(record, sight, target) {
-    const line = (...parts) => h("span", {class: "line"}, parts), found = [line(badge(record.outcome), ` read as: ${command(record.command)}`)];
-    if (!target || record.question) return found;
-    found.push(h("span", {class: "line place"}, `${target}: ${place(record, sight)}`));
+    const line = (...parts) => h("span", {class: "line"}, parts), lines = [line(badge(record.outcome), ` read as: ${command(record.command)}`)];
+    if (!target || record.question) return lines;
+    lines.push(h("span", {class: "line place"}, `${target}: ${place(record, sight)}`));
     const untrue = sight?.claimed && !record.target_visible_px;
-    if (sight?.claimed) found.push(line(h("b", {class: untrue ? "tone-bad" : null}, "claims to see the target", untrue ? ", but the target is not in view" : "")));
-    else if (sight?.claimed === false) found.push(line("does not claim to see the target"));
-    return found;
+    if (sight?.claimed) lines.push(line(h("b", {class: untrue ? "tone-bad" : null}, "claims to see the target", untrue ? ", but the target is not in view" : "")));
+    else if (sight?.claimed === false) lines.push(line("does not claim to see the target"));
+    return lines;
   }
 
   /** Store the facts of an episode, which are loaded with its steps. */
@@ -96,7 +96,7 @@
   /** Write the first text that fits, on a dark background, as near to a point as the edges of the picture allow. */
   function label(pen, texts, colour, {x, y, width, height}) {
     pen.font = `600 ${FONT}px system-ui, sans-serif`;
-    const text = texts.find((one) => pen.measureText(one).width + 8 <= width), tall = FONT + 6;
+    const text = texts.find((text) => pen.measureText(text).width + 8 <= width), tall = FONT + 6;
     if (text === undefined) return;
     const wide = pen.measureText(text).width + 8;
     const left = fits(x - wide / 2, 0, width - wide), top = fits(y - tall / 2, 0, height - tall);

@@ -74,9 +74,9 @@
     async loadRun(run, poses) {
       while (poses.length <= run.done && run.done) {
         const chunk = await run.load(Math.max(1, poses.length)), before = poses.length;
-        chunk.steps.forEach((one) => {
-          poses[one.step - 1] = one.pose;
-          poses[one.step] = one.pose_next;
+        chunk.steps.forEach((row) => {
+          poses[row.step - 1] = row.pose;
+          poses[row.step] = row.pose_next;
         });
         this.bound();
         if (poses.length === before) return;
@@ -137,16 +137,16 @@
       pen.stroke();
       pen.globalAlpha = 1;
       pen.strokeStyle = pen.fillStyle = color("ink");
-      const told = new Set();
+      const drawn = new Set();
       this.runs.forEach(({about: {episode}}, index) => {
         const shortest = (episode?.shortest_path || []).map(at), target = this.targets[index], name = episode?.target;
-        if (!told.has(shortest.join())) this.line(pen, shortest, {width: 1.5, dash: [1, 4]});
-        if (target && !told.has(name)) {
+        if (!drawn.has(shortest.join())) this.line(pen, shortest, {width: 1.5, dash: [1, 4]});
+        if (target && !drawn.has(name)) {
           target.boxes.forEach((box) => this.target(pen, box.map(at)));
           const [x, y] = at(target.middle);
           this.write(pen, name, x, y - 10);
         }
-        told.add(name).add(shortest.join());
+        drawn.add(name).add(shortest.join());
       });
     }
 

@@ -64,7 +64,7 @@
 
     /** Return the visible part as a text for the address: zoom and centre; null for the whole grid. */
     get camera() {
-      return this.zoom === 1 && !this.centre.some(Boolean) ? null : [this.zoom, ...this.centre].map((one) => Number(one.toFixed(2))).join(",");
+      return this.zoom === 1 && !this.centre.some(Boolean) ? null : [this.zoom, ...this.centre].map((n) => Number(n.toFixed(2))).join(",");
     }
 
     set camera(text) {
@@ -234,7 +234,7 @@
 
     tone(outcome, message) {
       const both = [outcome, message];
-      if (both.some((one) => one !== "chosen" && one !== "repaired")) return "bad";
+      if (both.some((name) => name !== "chosen" && name !== "repaired")) return "bad";
       return both.includes("repaired") ? "mended" : "agent";
     }
 

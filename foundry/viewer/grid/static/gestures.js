@@ -24,7 +24,7 @@
     }
 
     function moved(isTouched) {
-      const points = [...down.values()], at = middle(points), wide = apart(points), by = at.map((one, axis) => one - before.at[axis]);
+      const points = [...down.values()], at = middle(points), wide = apart(points), by = at.map((pixel, axis) => pixel - before.at[axis]);
       if (!dragged && points.length < 2 && Math.abs(by[0]) + Math.abs(by[1]) < STILL_PX) return;
       dragged = true;
       if (isTouched && points.length < 2 && isWhole()) return;

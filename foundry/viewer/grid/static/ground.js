@@ -61,8 +61,8 @@
     /** Return [cell, amount] of all cells that have changed up to an entry in a list of changes. */
     cellsOf(changes, upTo) {
       const cells = new Map();
-      for (const found of changes.slice(0, upTo + 1)) {
-        for (let index = 0; index < found.length; index += 3) cells.set(`${found[index]},${found[index + 1]}`, found[index + 2]);
+      for (const change of changes.slice(0, upTo + 1)) {
+        for (let index = 0; index < change.length; index += 3) cells.set(`${change[index]},${change[index + 1]}`, change[index + 2]);
       }
       return cells;
     }
@@ -126,10 +126,10 @@
       for (const {text, tone, spots} of this.labels) {
         const width = pen.measureText(text).width;
         const boxes = spots.map(([x, y, before]) => ({left: x - before * width, right: x + (1 - before) * width, top: y - LETTERS, bottom: y + 3}));
-        const free = boxes.filter((one) => one.left > 1 && one.right < this.width - 1 && one.top > 1 && one.bottom < this.height - 1
-          && taken.every((other) => one.right < other.left || one.left > other.right || one.bottom < other.top || one.top > other.bottom));
+        const free = boxes.filter((box) => box.left > 1 && box.right < this.width - 1 && box.top > 1 && box.bottom < this.height - 1
+          && taken.every((other) => box.right < other.left || box.left > other.right || box.bottom < other.top || box.top > other.bottom));
         if (!free.length) continue;
-        const box = free.find((one) => !hides(one)) || free[0];
+        const box = free.find((box) => !hides(box)) || free[0];
         taken.push(box);
         pen.fillStyle = this.tones.paper;
         pen.globalAlpha = 0.8;

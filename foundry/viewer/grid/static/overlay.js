@@ -49,12 +49,12 @@
 
     /** Return for every step of a range the positions of the agents before the step, and whether they were present. */
     async way(run, from, to) {
-      const found = new Map(), {agents} = run.about;
+      const places = new Map(), {agents} = run.about;
       for (let step = from; step <= to; step += 1) {
         const chunk = await run.load(step), base = (step - chunk.first) * agents;
-        found.set(step, {x: chunk.x.subarray(base, base + agents), y: chunk.y.subarray(base, base + agents), flags: chunk.flags.subarray(base, base + agents)});
+        places.set(step, {x: chunk.x.subarray(base, base + agents), y: chunk.y.subarray(base, base + agents), flags: chunk.flags.subarray(base, base + agents)});
       }
-      return found;
+      return places;
     }
 
     redraw() {
@@ -186,7 +186,7 @@
       fires ? ["fire", "⬤", "flame: a fire; outline: the area in which agents perceive it, dashed before it starts"] : null,
       about.places.length ? ["place", "▭", "place: number of agents and capacity, also as a bar; red above the capacity"] : null,
       (about.walls || []).length ? ["soft", "■", "wall"] : null, (about.exits || []).length ? ["talk", "■", "exit"] : null,
-      (about.zones || []).length ? ["bad", "▒", "zone"] : null, about.food ? ["place", "▒", "food: darker means more"] : null, (about.fires || []).some((one) => one.spread) ? ["fire", "▒", "burning cell"] : null];
+      (about.zones || []).length ? ["bad", "▒", "zone"] : null, about.food ? ["place", "▒", "food: darker means more"] : null, (about.fires || []).some((fire) => fire.spread) ? ["fire", "▒", "burning cell"] : null];
     const joint = together ? [["ink", "●◆▲", "all on one map: the shape and colour of an agent's marker name its run"], ["soft", "─", "the same agent in two runs"],
       ["ink", "─", "trail, in the run's colour"], ["ink", "▒", "heat map: a darker cell has more visits"]] : [];
     return h("details", {class: "map-legend"}, h("summary", {}, "what the marks mean"),

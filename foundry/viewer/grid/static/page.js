@@ -1,15 +1,15 @@
 "use strict";
 /* The page for 2D runs: grid, timeline, agent, search. */
 (function (foundry) {
-  const {h, badge, quote} = foundry.dom, {facts, told, thought} = foundry.parts;
+  const {h, badge, quote} = foundry.dom, {facts, inbox, thought} = foundry.parts;
   const SAID = 1, AWAY = 8;
   const DEEDS = ["gather", "share", "attack", "reproduce"];
 
-  function chunk(found, about) {
-    const typed = {first: found.first, last: found.last, agents: about.agents, links: found.links, deliveries: found.deliveries};
-    for (const key of ["x", "y", "place"]) typed[key] = Int16Array.from(found[key]);
-    for (const key of ["action", "outcome", "message_outcome", "flags"]) typed[key] = Uint8Array.from(found[key]);
-    for (const key of ["burning", "food"]) if (found[key]) typed[key] = found[key];
+  function chunk(block, about) {
+    const typed = {first: block.first, last: block.last, agents: about.agents, links: block.links, deliveries: block.deliveries};
+    for (const key of ["x", "y", "place"]) typed[key] = Int16Array.from(block[key]);
+    for (const key of ["action", "outcome", "message_outcome", "flags"]) typed[key] = Uint8Array.from(block[key]);
+    for (const key of ["burning", "food"]) if (block[key]) typed[key] = block[key];
     return typed;
   }
 
@@ -33,18 +33,18 @@
 
   /** The state and the possessions of an agent, in worlds in which agents come and go. */
   function fate(record) {
-    const found = [];
-    if (record.energy !== undefined) found.push(["energy", `${record.energy}, then ${record.energy_next}`]);
-    if (record.exits) found.push(["exits known", record.exits.join(", ") || "none"]);
-    if (record.left) found.push(["left by", record.left]);
-    if (record.lost) found.push(["died of", record.lost]);
-    return found;
+    const facts = [];
+    if (record.energy !== undefined) facts.push(["energy", `${record.energy}, then ${record.energy_next}`]);
+    if (record.exits) facts.push(["exits known", record.exits.join(", ") || "none"]);
+    if (record.left) facts.push(["left by", record.left]);
+    if (record.lost) facts.push(["died of", record.lost]);
+    return facts;
   }
 
   function decisionView(decision) {
     const {record, earlier, calls} = decision;
     return [
-      decision.received.length + decision.before.length ? told(decision) : h("p", {class: "note"}, `The agent received no messages since step ${decision.since}.`), thought([["Why it said so", record.message_reasoning], ["Why it acted so", record.reasoning]], calls),
+      decision.received.length + decision.before.length ? inbox(decision) : h("p", {class: "note"}, `The agent received no messages since step ${decision.since}.`), thought([["Why it said so", record.message_reasoning], ["Why it acted so", record.reasoning]], calls),
       h("h4", {}, "Did"), facts([
         ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
         ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
@@ -59,10 +59,10 @@
   }
 
   function memories(earlier) {
-    const kept = earlier.filter((one) => one.memory && one.memory.trim()).slice(-5);
-    if (!kept.length) return null;
+    const memories = earlier.filter((row) => row.memory && row.memory.trim()).slice(-5);
+    if (!memories.length) return null;
     return h("details", {class: "call"}, h("summary", {}, "Memory before this step"),
-      h("ul", {class: "told"}, kept.map((one) => h("li", {}, h("b", {}, `step ${one.step}: `), h("bdi", {}, one.memory)))));
+      h("ul", {class: "told"}, memories.map((row) => h("li", {}, h("b", {}, `step ${row.step}: `), h("bdi", {}, row.memory)))));
   }
 
   class GridPage {
@@ -98,12 +98,12 @@
     /** Return the actions and messages at a step, by agent. */
     async decided(step) {
       const {data} = this, {about} = data, [chunk, said] = await Promise.all([data.load(step), data.said(step)]);
-      const base = (step - chunk.first) * about.agents, actions = [...about.directions, ...DEEDS], found = new Map();
+      const base = (step - chunk.first) * about.agents, actions = [...about.directions, ...DEEDS], acts = new Map();
       for (let agent = 0; agent < about.agents; agent += 1) {
         const at = base + agent, outcomes = [about.outcomes[chunk.outcome[at]], about.outcomes[chunk.message_outcome[at]]];
-        if (!(chunk.flags[at] & AWAY)) found.set(agent, {action: actions[chunk.action[at]], said: said.get(agent) ?? null, outcomes});
+        if (!(chunk.flags[at] & AWAY)) acts.set(agent, {action: actions[chunk.action[at]], said: said.get(agent) ?? null, outcomes});
       }
-      return found;
+      return acts;
     }
 
     async grown(wanted) {
@@ -146,8 +146,8 @@
       const names = this.data.about.outcomes, fine = ["chosen", "repaired"];
       const both = track.outcome.map((code, index) => [names[code], names[track.message_outcome[index]]]);
       return {
-        undecided: both.map((two) => two.filter((one) => !fine.includes(one)).length),
-        repaired: both.map((two) => two.filter((one) => one === "repaired").length),
+        undecided: both.map((two) => two.filter((name) => !fine.includes(name)).length),
+        repaired: both.map((two) => two.filter((name) => name === "repaired").length),
         said: track.flags.map((flags) => flags & SAID),
       };
     }

@@ -10,7 +10,7 @@
     if (!schema) return [{name: null, type: "string", required: true}];
     if (schema.type !== "object") return [{name: null, required: true, ...schema}];
     const required = new Set(schema.required || []);
-    return Object.entries(schema.properties || {}).map(([name, one]) => ({...one, name, required: required.has(name)}));
+    return Object.entries(schema.properties || {}).map(([name, part]) => ({...part, name, required: required.has(name)}));
   }
 
   function isChosen(field) { return Array.isArray(field.enum); }
@@ -22,7 +22,7 @@
       this.all = fieldsOf(schema);
       this.byKey = new Map();
       const rank = (field) => (isChosen(field) ? 0 : isNumber(field) ? 1 : 2);
-      const sorted = [...this.all].sort((one, other) => rank(one) - rank(other));
+      const sorted = [...this.all].sort((field, other) => rank(field) - rank(other));
       this.elements = sorted.map((field) => (isChosen(field) ? this.choices(field) : this.written(field)));
       this.elements.forEach((element) => element.addEventListener("input", changed));
     }
@@ -61,8 +61,8 @@
     /** Return the reply as text. */
     text() {
       if (this.all[0].name === null) return String(this.all[0].read() ?? "");
-      const told = this.all.map((field) => [field.name, field.read()]).filter(([, value]) => value !== undefined);
-      return JSON.stringify(Object.fromEntries(told));
+      const pairs = this.all.map((field) => [field.name, field.read()]).filter(([, value]) => value !== undefined);
+      return JSON.stringify(Object.fromEntries(pairs));
     }
 
     /** Return the name of the first required field without a value, or null. */
@@ -76,8 +76,8 @@
      * same choice.
      */
     open() {
-      const names = this.all.filter((one) => !one.required && !isWritten(one) && one.read() === undefined).map((one) => one.name);
-      const beside = this.all.filter((one) => one.required && isChosen(one)).map((one) => one.read());
+      const names = this.all.filter((field) => !field.required && !isWritten(field) && field.read() === undefined).map((field) => field.name);
+      const beside = this.all.filter((field) => field.required && isChosen(field)).map((field) => field.read());
       return {names, beside: JSON.stringify([names, beside])};
     }
 

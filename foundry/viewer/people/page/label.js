@@ -42,7 +42,7 @@
       fill(main, h("section", {class: "label-card"}, h("h1", {}, "All texts are labelled"), h("p", {}, "Thank you. Your labels are saved. You can end for today."), problem, back));
       announce(`${stored}All texts are labelled.`);
     } else {
-      const {text, question, guidance, told, choices} = now.shown;
+      const {text, question, guidance, told: prompt, choices} = now.shown;
       fill(main, h("section", {class: "label-card"},
         h("h1", {class: "unseen"}, "Text to label"),
         h("blockquote", {class: "text", dir: "auto"}, text),
@@ -50,7 +50,7 @@
         h("div", {class: "choices", role: "group", "aria-label": "Your label"},
           choices.map(([key, choice]) => h("button", {type: "button", class: "button", onclick: () => label(choice)}, `${choice} `, h("kbd", {}, key)))),
         problem, back, guidance.map((part) => h("p", {class: "guidance", dir: "auto"}, part)),
-        told ? h("details", {}, h("summary", {}, "The prompt of the agent"), h("pre", {class: "told", dir: "auto"}, told)) : null));
+        prompt ? h("details", {}, h("summary", {}, "The prompt of the agent"), h("pre", {class: "told", dir: "auto"}, prompt)) : null));
       announce(`${stored}Text ${now.done + 1} of ${now.total}: ${text}`);
       window.scrollTo(0, 0);
     }
@@ -93,5 +93,5 @@
   }
 
   end.addEventListener("click", () => go(() => ask("end", {person}), leave));
-  ask("title").then((told) => { fill(document.getElementById("title"), told.title); begin(); });
+  ask("title").then((reply) => { fill(document.getElementById("title"), reply.title); begin(); });
 })(window.Foundry);

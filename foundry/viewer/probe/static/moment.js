@@ -56,23 +56,23 @@
 
     label(edit) { return edit ? `with edit ${this.probe.edits[edit].name}` : "without an edit"; }
 
-    shown(seen, edit) { return [...new Set([0, edit])].map((one) => seen.perceived.find((mine) => mine.edit === one)).filter(Boolean); }
+    shown(seen, edit) { return [...new Set([0, edit])].map((index) => seen.perceived.find((mine) => mine.edit === index)).filter(Boolean); }
 
     pictures(moment, seen, edit) {
       if (seen.why) return h("p", {class: "warning"}, `The observation of the agent cannot be shown: ${seen.why}`);
       const draw = drawing[seen.form];
-      const one = (perceived) => {
-        const told = `The observation of agent ${moment.agent} ${this.label(perceived.edit)}`;
-        const parts = draw && !perceived.images ? [draw(perceived.observation, told)]
-          : Array.from({length: perceived.images || 1}, (_, image) => this.picture(moment, perceived, image, told));
+      const panel = (perceived) => {
+        const label = `The observation of agent ${moment.agent} ${this.label(perceived.edit)}`;
+        const parts = draw && !perceived.images ? [draw(perceived.observation, label)]
+          : Array.from({length: perceived.images || 1}, (_, image) => this.picture(moment, perceived, image, label));
         return h("figure", {}, parts, h("figcaption", {}, this.label(perceived.edit)));
       };
       const drawn = this.shown(seen, edit);
-      return h("div", {class: "before-after"}, (draw || drawn.some((mine) => mine.images) ? drawn : drawn.slice(0, 1)).map(one));
+      return h("div", {class: "before-after"}, (draw || drawn.some((mine) => mine.images) ? drawn : drawn.slice(0, 1)).map(panel));
     }
 
-    picture(moment, perceived, image, told) {
-      const alt = perceived.images ? told : "The world in this moment", element = h("img", {alt});
+    picture(moment, perceived, image, label) {
+      const alt = perceived.images ? label : "The world in this moment", element = h("img", {alt});
       foundry.source.bytes(`${this.address}/picture/${moment.index}/${perceived.edit}/${image}`).then((bytes) => {
         const url = URL.createObjectURL(new Blob([bytes]));
         this.urls.push(url);
@@ -83,9 +83,9 @@
 
     /** Return a table of the values that an edit changes in the observation, or of all values without an edit. */
     changes(seen, edit) {
-      const [before, after] = this.shown(seen, edit).map((one) => new Map(lines(one.observation)));
+      const [before, after] = this.shown(seen, edit).map((view) => new Map(lines(view.observation)));
       if (!before) return null;
-      const every = [...new Set([...before.keys(), ...(after || before).keys()])], isOuter = (path) => every.some((one) => one.startsWith(`${path}[`) || one.startsWith(`${path}.`));
+      const every = [...new Set([...before.keys(), ...(after || before).keys()])], isOuter = (path) => every.some((key) => key.startsWith(`${path}[`) || key.startsWith(`${path}.`));
       const rows = after ? every.filter((path) => !isOuter(path) && JSON.stringify(before.get(path)) !== JSON.stringify(after.get(path))) : every;
       if (after && !rows.length) return h("p", {class: "note"}, "The edit changes only the images.");
       const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, worded(map.get(path)))) : h("td", {class: "nothing"}, "absent"));
@@ -98,10 +98,10 @@
     }
 
     answers(seen, edit, format) {
-      const here = new Set(seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit)).flatMap((one) => [...one.replies.map(({choice}) => choice), ...Object.keys(one.expected)]));
+      const here = new Set(seen.answers.filter((row) => row.format === format && [0, edit].includes(row.edit)).flatMap((row) => [...row.replies.map(({choice}) => choice), ...Object.keys(row.expected)]));
       const total = (choice) => this.probe.totals.get(choice) || 0, choices = [...here].sort((a, b) => total(b) - total(a) || (a < b ? -1 : 1));
       const columns = this.probe.models.map((name, model) => {
-        const of = (which) => seen.answers.find((one) => one.model === model && one.edit === which && one.format === format);
+        const of = (which) => seen.answers.find((row) => row.model === model && row.edit === which && row.format === format);
         const sides = [...new Set([0, edit])].map((which) => [which, of(which)]).filter(([, answer]) => answer);
         return h("section", {class: "column"}, h("h3", {}, foundry.looks.mark(this.looks[model]), " ", name),
           sides.length ? sides.map(([which, answer]) => this.answered(answer, choices, {edit: which, named: sides.length > 1})) : h("p", {class: "note"}, "This model was not asked in this moment."));
@@ -125,23 +125,23 @@
           return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, isTold ? `probability ${(100 * share).toFixed(0)} %` : `${count} of ${replies.length}`));
         })),
         h("details", {open: !named}, h("summary", {}, texts.size === 1 ? "reply" : `replies (${texts.size} different)`),
-          [...texts.values()].sort((a, b) => b.times - a.times).map((one) => [h("p", {class: "role"}, `${one.choice}${one.times > 1 ? `, ${one.times} times` : ""}${one.ending && one.ending !== "stop" ? `, finish reason: ${one.ending}` : ""}`),
-            one.text === null ? h("p", {class: "note"}, "This reply is not in the log.") : quote(one.text, "reply"),
-            one.thinking ? h("details", {}, h("summary", {}, "thinking"), quote(one.thinking)) : null])));
+          [...texts.values()].sort((a, b) => b.times - a.times).map((reply) => [h("p", {class: "role"}, `${reply.choice}${reply.times > 1 ? `, ${reply.times} times` : ""}${reply.ending && reply.ending !== "stop" ? `, finish reason: ${reply.ending}` : ""}`),
+            reply.text === null ? h("p", {class: "note"}, "This reply is not in the log.") : quote(reply.text, "reply"),
+            reply.thinking ? h("details", {}, h("summary", {}, "thinking"), quote(reply.thinking)) : null])));
     }
 
     /** The prompts, before and after the edit. Models with the same prompt share one entry. */
     prompts(seen, edit, format) {
-      const wanted = seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit) && one.prompt !== null);
+      const wanted = seen.answers.filter((row) => row.format === format && [0, edit].includes(row.edit) && row.prompt !== null);
       const columns = new Map();
-      for (const one of wanted) {
-        const key = `${one.edit}/${one.prompt}`;
-        columns.set(key, {edit: one.edit, prompt: one.prompt, models: [...((columns.get(key) || {}).models || []), this.probe.models[one.model]]});
+      for (const row of wanted) {
+        const key = `${row.edit}/${row.prompt}`;
+        columns.set(key, {edit: row.edit, prompt: row.prompt, models: [...((columns.get(key) || {}).models || []), this.probe.models[row.model]]});
       }
       const sorted = [...columns.values()].sort((a, b) => a.edit - b.edit || a.prompt - b.prompt);
-      return [h("h3", {}, sorted.length > 1 ? "Prompts" : "Prompt"), h("div", {class: "columns"}, sorted.map((one) => h("section", {class: "column"},
-        sorted.length > 1 ? h("h4", {}, `${this.label(one.edit)}${one.models.length < this.probe.models.length ? `, to ${one.models.join(", ")}` : ""}`) : null,
-        seen.prompts[one.prompt].map((message) => [h("p", {class: "role"}, message.role), quote(message.content, "prompt")]))))];
+      return [h("h3", {}, sorted.length > 1 ? "Prompts" : "Prompt"), h("div", {class: "columns"}, sorted.map((column) => h("section", {class: "column"},
+        sorted.length > 1 ? h("h4", {}, `${this.label(column.edit)}${column.models.length < this.probe.models.length ? `, to ${column.models.join(", ")}` : ""}`) : null,
+        seen.prompts[column.prompt].map((message) => [h("p", {class: "role"}, message.role), quote(message.content, "prompt")]))))];
     }
   }
 

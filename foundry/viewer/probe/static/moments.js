@@ -8,7 +8,7 @@
 
   /** Return half of the sum over all choices of gap(k, l, m, n): the numbers of a choice in two counts, and both totals. */
   function overChoices(first, second, gap) {
-    const total = (counts) => Object.values(counts).reduce((sum, one) => sum + one, 0), m = total(first), n = total(second);
+    const total = (counts) => Object.values(counts).reduce((sum, n) => sum + n, 0), m = total(first), n = total(second);
     return 0.5 * [...new Set([...Object.keys(first), ...Object.keys(second)])]
       .reduce((sum, choice) => sum + gap(first[choice] || 0, second[choice] || 0, m, n), 0);
   }
@@ -30,7 +30,7 @@
     return gaps / chances;
   }
 
-  function mean(values) { return values.length ? values.reduce((sum, one) => sum + one, 0) / values.length : null; }
+  function mean(values) { return values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null; }
 
   function fixed(share) { return share === null ? "–" : share.toFixed(2); }
 
@@ -42,7 +42,7 @@
   }
 
   /** Return the most frequent choice. */
-  function usual(counts) { return Object.keys(counts).reduce((best, one) => (counts[one] > counts[best] ? one : best)); }
+  function usual(counts) { return Object.keys(counts).reduce((best, choice) => (counts[choice] > counts[best] ? choice : best)); }
 
   /** Return one or two names; of more, their number, as in "3 models". */
   function phrase(names, all) {
@@ -52,21 +52,21 @@
 
   /** Return how often each choice occurs in the whole probe. All lists of choices are in this order. */
   function totals(moments) {
-    const found = new Map();
-    for (const {counts} of moments.flatMap((one) => one.answered)) {
-      for (const [choice, count] of Object.entries(counts)) found.set(choice, (found.get(choice) || 0) + count);
+    const counted = new Map();
+    for (const {counts} of moments.flatMap((moment) => moment.answered)) {
+      for (const [choice, count] of Object.entries(counts)) counted.set(choice, (counted.get(choice) || 0) + count);
     }
-    return found;
+    return counted;
   }
 
   /** Replace each choice in the counts by the choice that an edit should turn it into, as "left" by "right" in a mirror. */
   function carried(counts, edit) {
-    const found = {};
+    const shifted = {};
     for (const [choice, count] of Object.entries(counts)) {
       const become = Object.hasOwn(edit.expected, choice) ? edit.expected[choice] : choice;
-      found[become] = (found[become] || 0) + count;
+      shifted[become] = (shifted[become] || 0) + count;
     }
-    return found;
+    return shifted;
   }
 
   class MomentsPage {
@@ -78,7 +78,7 @@
       this.onKeyDown = (event) => this.key(event);
       document.addEventListener("keydown", this.onKeyDown);
       this.controls = h("div", {class: "controls"});
-      this.told = h("p", {class: "note", role: "status"});
+      this.count = h("p", {class: "note", role: "status"});
       this.list = h("ol", {class: "moments"});
       this.state = h("div");
       this.links = h("span");
@@ -104,10 +104,10 @@
       const {models, moments} = this.probe;
       this.notes = this.noted();
       if (models.length < 2) this.state.before(h("p", {class: "note"}, "Only one model was asked. Choose an edit to see its effect."));
-      const edit = this.probe.edits.findIndex((one) => one.name === this.wanted.get("edit"));
+      const edit = this.probe.edits.findIndex((edit) => edit.name === this.wanted.get("edit"));
       this.chosen.edit = edit > 0 ? edit : models.length < 2 && this.probe.edits.length > 1 ? 1 : 0;
       this.element.append(h("div", {class: "probe-stage"},
-        h("div", {class: "moments-side"}, h("nav", {class: "moments-box", "aria-label": "Moments"}, this.told, this.list,
+        h("div", {class: "moments-side"}, h("nav", {class: "moments-box", "aria-label": "Moments"}, this.count, this.list,
           foundry.dom.keys([["J", "next moment"], ["K", "previous moment"], ...this.probe.edits.length > 1 ? [["E", "next edit"]] : [],
             ...foundry.source.live ? [["N", "write a note on this moment"]] : []])), this.notes.element),
         this.view.element));
@@ -120,7 +120,7 @@
 
     async load() {
       this.probe = await foundry.source.json(`probe/${this.sweep.id}/moments`);
-      this.probe.moments.forEach((one, index) => { one.index = index; });
+      this.probe.moments.forEach((moment, index) => { moment.index = index; });
       this.probe.totals = totals(this.probe.moments);
       const {missing} = this.probe;
       fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete. This page leaves them out.`) : null);
@@ -128,7 +128,7 @@
 
     /** Return the notes on all moments. */
     noted() {
-      const {moments} = this.probe, runs = [...new Set(moments.map((one) => one.run))];
+      const {moments} = this.probe, runs = [...new Set(moments.map((moment) => moment.run))];
       const notes = new foundry.Notes(this.sweep.id, runs.map((id) => ({id, name: id})), {
         where: () => { const {run, step, agent, index} = this.moment; return {run, step, agent, moment: index}; },
         name: ({moment}) => nameOf(moments[moment]), onPick: ({moment}) => this.go(this.probe.moments[moment])});
@@ -136,7 +136,7 @@
       return notes;
     }
 
-    isAnswered() { return this.probe.moments.some((one) => one.answered.length); }
+    isAnswered() { return this.probe.moments.some((moment) => moment.answered.length); }
 
     /** Load the moments again from time to time until all runs are complete. */
     later() {
@@ -158,29 +158,29 @@
     /** Show the links to the reports; return the colours and marks that the models have on all pages of the sweep. */
     async looks() {
       const {links, models} = await foundry.source.json(`sweep/${this.sweep.id}`);
-      fill(this.links, links.filter((one) => one.kind === "html").map((one) =>
-        [h("a", {href: foundry.source.file(this.sweep.id, one.path), target: "_blank", rel: "noopener"}, one.path), " "]));
+      fill(this.links, links.filter((link) => link.kind === "html").map((link) =>
+        [h("a", {href: foundry.source.file(this.sweep.id, link.path), target: "_blank", rel: "noopener"}, link.path), " "]));
       const modelOf = (name) => models.find((model) => name === model || name.startsWith(`${model} / `));
       return foundry.looks.ofItems(this.probe.models.map(modelOf), models);
     }
 
     strata() {
-      const found = new Map();
+      const values = new Map();
       for (const {strata} of this.probe.moments) {
-        for (const [name, value] of Object.entries(strata)) found.set(name, new Set([...(found.get(name) || []), String(value)]));
+        for (const [name, value] of Object.entries(strata)) values.set(name, new Set([...(values.get(name) || []), String(value)]));
       }
-      return found;
+      return values;
     }
 
     drawControls() {
-      const {edits, formats, moments} = this.probe, kinds = [...new Set(moments.map((one) => one.kind))].sort();
+      const {edits, formats, moments} = this.probe, kinds = [...new Set(moments.map((moment) => moment.kind))].sort();
       const select = (label, options, value, take) => h("label", {}, `${label} `, h("select", {"aria-label": label, onchange: (event) => { take(event.target.value); this.update(this.moment); }},
         options.map(([key, text]) => h("option", {value: String(key), selected: String(key) === String(value)}, text))));
-      const every = (values) => [["", "all"], ...values.map((one) => [one, one])];
+      const every = (values) => [["", "all"], ...values.map((value) => [value, value])];
       fill(this.controls,
         select("Order", Object.entries(ORDERS), this.chosen.order, (value) => { this.chosen.order = value; }),
-        edits.length > 1 ? this.edits = select("Edit", edits.map((one, index) => [index, index ? `${one.name} (${one.leaves})` : one.name]), this.chosen.edit, (value) => { this.chosen.edit = Number(value); }) : null,
-        formats.length > 1 ? select("Format", formats.map((one, index) => [index, one]), this.chosen.format, (value) => { this.chosen.format = Number(value); }) : null,
+        edits.length > 1 ? this.edits = select("Edit", edits.map((edit, index) => [index, index ? `${edit.name} (${edit.leaves})` : edit.name]), this.chosen.edit, (value) => { this.chosen.edit = Number(value); }) : null,
+        formats.length > 1 ? select("Format", formats.map((name, index) => [index, name]), this.chosen.format, (value) => { this.chosen.format = Number(value); }) : null,
         kinds.length > 1 ? select("Kind", every(kinds), this.chosen.kind, (value) => { this.chosen.kind = value; }) : null,
         [...this.strata()].map(([name, values]) => (values.size > 1 ? select(name, every([...values].sort()), "", (value) => { this.chosen.strata[name] = value; }) : null)));
     }
@@ -194,40 +194,40 @@
     /** Describe a moment: its situation, and the most frequent choices, as in "stay → left" for a choice that an edit changes. */
     gist({strata, answered}) {
       const {edit, format} = this.chosen, {models} = this.probe;
-      const of = (model, which) => answered.find((one) => one.model === model && one.edit === which && one.format === (edit ? 0 : format))?.counts;
+      const of = (model, which) => answered.find((row) => row.model === model && row.edit === which && row.format === (edit ? 0 : format))?.counts;
       const asked = models.map((name, model) => ({name, before: of(model, 0), after: of(model, edit)})).filter(({after}) => after);
       const choice = ({before, after}) => [...new Set([before || after, after].map(usual))].join(" → ");
       const parts = [...grouped(asked, choice)].sort(([, a], [, b]) => b.length - a.length)
-        .map(([what, mine]) => [phrase(mine.map((one) => one.name), models.length), what]);
+        .map(([what, mine]) => [phrase(mine.map((model) => model.name), models.length), what]);
       const where = situation(strata);
       return `${where ? `${where}. ` : ""}Most frequent choice: ${parts.map(([who, what]) => `${what} (${who})`).join("; ")}.`.replace(/^./, (first) => first.toUpperCase());
     }
 
     pairs(moment) {
-      const {edit, format} = this.chosen, of = (which, written) => moment.answered.filter((one) => one.edit === which && one.format === written);
+      const {edit, format} = this.chosen, of = (which, written) => moment.answered.filter((row) => row.edit === which && row.format === written);
       if (!edit) {
-        const counts = of(0, format).map((one) => one.counts);
-        return counts.flatMap((one, index) => counts.slice(index + 1).map((other) => [one, other]));
+        const counts = of(0, format).map((row) => row.counts);
+        return counts.flatMap((first, index) => counts.slice(index + 1).map((other) => [first, other]));
       }
-      const before = new Map(of(0, 0).map((one) => [one.model, one.counts]));
-      return of(edit, 0).filter((one) => before.has(one.model)).map((one) => [carried(before.get(one.model), this.probe.edits[edit]), one.counts]);
+      const before = new Map(of(0, 0).map((row) => [row.model, row.counts]));
+      return of(edit, 0).filter((row) => before.has(row.model)).map((row) => [carried(before.get(row.model), this.probe.edits[edit]), row.counts]);
     }
 
     matching() {
       const {edit, format, kind, strata, order} = this.chosen;
-      const found = this.probe.moments
-        .filter((one) => (!kind || one.kind === kind) && Object.entries(strata).every(([name, value]) => !value || String(one.strata[name]) === value))
-        .filter((one) => one.answered.some((answer) => answer.edit === edit && answer.format === (edit ? 0 : format)))
+      const items = this.probe.moments
+        .filter((moment) => (!kind || moment.kind === kind) && Object.entries(strata).every(([name, value]) => !value || String(moment.strata[name]) === value))
+        .filter((moment) => moment.answered.some((answer) => answer.edit === edit && answer.format === (edit ? 0 : format)))
         .map((moment) => ({moment, ...this.gap(moment)}));
       const by = (name) => (a, b) => (b[name] ?? -2) - (a[name] ?? -2);
-      return order === "apart" ? found.sort((a, b) => by("excess")(a, b) || by("distance")(a, b) || a.moment.index - b.moment.index) : found;
+      return order === "apart" ? items.sort((a, b) => by("excess")(a, b) || by("distance")(a, b) || a.moment.index - b.moment.index) : items;
     }
 
     update(wanted) {
       this.shown = this.matching();
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. Number and dark bar: how much more the choices differ than chance explains, 0 to 1. Pale bar: the part that chance explains.`;
-      fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
-      const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
+      this.count.textContent = `${this.shown.length} of ${this.probe.moments.length} moments${this.shown.length > MOST ? `, the first ${MOST}` : ""}. Number and dark bar: how much more the choices differ than chance explains, 0 to 1. Pale bar: the part that chance explains.`;
+      fill(this.list, this.shown.slice(0, MOST).map((item) => this.item(item)));
+      const there = this.shown.find((item) => item.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
       if (there) this.go(there.moment); else this.view.say("No moment matches the filters. Remove a filter.");
     }
@@ -257,7 +257,7 @@
       if (foundry.dom.isTyping(event) || !this.shown) return;
       const key = event.key.toLowerCase();
       if (key === "j" || key === "k") {
-        const at = this.shown.findIndex((one) => one.moment === this.moment), next = this.shown[at + (key === "j" ? 1 : -1)];
+        const at = this.shown.findIndex((item) => item.moment === this.moment), next = this.shown[at + (key === "j" ? 1 : -1)];
         if (next) { this.go(next.moment); announce(`Moment ${at + (key === "j" ? 2 : 0)} of ${this.shown.length}`); }
       } else if (key === "e" && this.edits) {
         this.chosen.edit = (this.chosen.edit + 1) % this.probe.edits.length;

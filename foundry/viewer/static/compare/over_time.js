@@ -58,14 +58,14 @@
       }
     }
 
-    get known() { return [...new Set(this.values.flatMap((one) => Object.keys(one)))]; }
+    get known() { return [...new Set(this.values.flatMap((lists) => Object.keys(lists)))]; }
 
     /** Return how much the runs differ in a number: the mean gap over all steps, divided by the range of the number. */
     apart(name) {
-      const lines = this.values.map((one) => one[name] || []), isThere = (one) => one !== null && one !== undefined, all = lines.flat().filter(isThere);
+      const lines = this.values.map((lists) => lists[name] || []), isThere = (n) => n !== null && n !== undefined, all = lines.flat().filter(isThere);
       const width = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
       const steps = Math.max(...lines.map((line) => line.length)), range = all.length ? width(all) : 0;
-      const gaps = Array.from({length: steps}, (_, step) => lines.map((line) => line[step]).filter(isThere)).filter((one) => one.length > 1).map(width);
+      const gaps = Array.from({length: steps}, (_, step) => lines.map((line) => line[step]).filter(isThere)).filter((gap) => gap.length > 1).map(width);
       return range && gaps.length ? gaps.reduce((a, b) => a + b, 0) / gaps.length / range : 0;
     }
 
@@ -75,7 +75,7 @@
       if (this.lanes.size !== known.length) {
         const apart = new Map(known.map((name) => [name, this.apart(name)])), names = [...known].sort((a, b) => apart.get(b) - apart.get(a));
         this.lanes = new Map(names.map((name) => [name, this.lane(name)]));
-        const lanes = [...this.lanes.values()].map((one) => one.element), more = lanes.slice(SHOWN_AT_FIRST);
+        const lanes = [...this.lanes.values()].map((lane) => lane.element), more = lanes.slice(SHOWN_AT_FIRST);
         fill(this.body, lanes.slice(0, SHOWN_AT_FIRST));
         fill(this.more, more);
         this.folded.hidden = !more.length;
@@ -86,7 +86,7 @@
     }
 
     lane(name) {
-      const canvas = h("canvas", {class: "over", role: "img"}), told = h("span", {class: "note"});
+      const canvas = h("canvas", {class: "over", role: "img"}), note = h("span", {class: "note"});
       const point = (event) => {
         const step = 1 + Math.floor((event.offsetX / canvas.clientWidth) * this.clock.steps);
         if (step === this.clock.step || !this.clock.steps) return;
@@ -96,14 +96,14 @@
       canvas.addEventListener("pointermove", point);
       canvas.addEventListener("pointerdown", point);
       const dial = new foundry.Dial(canvas, TALL);
-      return {canvas, dial, told, element: h("figure", {class: "lane", "data-lane": name}, h("figcaption", {}, h("b", {}, name), " ", told), dial.element)};
+      return {canvas, dial, note, element: h("figure", {class: "lane", "data-lane": name}, h("figcaption", {}, h("b", {}, name), " ", note), dial.element)};
     }
 
     draw(lane, name) {
       const {steps} = this.clock, pen = steps ? lane.dial.pen() : null;
       if (!pen) return;
-      const lines = this.values.map((one) => one[name] || []), found = lines.flat().filter((one) => one !== null && one !== undefined);
-      const low = found.reduce((a, b) => Math.min(a, b), 0), high = found.reduce((a, b) => Math.max(a, b), low) || 1;
+      const lines = this.values.map((lists) => lists[name] || []), known = lines.flat().filter((n) => n !== null && n !== undefined);
+      const low = known.reduce((a, b) => Math.min(a, b), 0), high = known.reduce((a, b) => Math.max(a, b), low) || 1;
       const y = (value) => INSET + (TALL - 2 * INSET) * (1 - (value - low) / (high - low || 1)), column = lane.dial.width / steps;
       lines.forEach((values, index) => {
         this.stroke(pen, index);
@@ -119,8 +119,8 @@
       lane.dial.point(this.clock);
       if (lane.step === step || !lane.range) return;
       lane.step = step;
-      const said = this.values.map((one, index) => `${this.names[index]} ${number((one[name] || [])[step - 1])}`).join(", ");
-      lane.told.textContent = `${lane.range} · step ${step}: ${said}`;
+      const said = this.values.map((lists, index) => `${this.names[index]} ${number((lists[name] || [])[step - 1])}`).join(", ");
+      lane.note.textContent = `${lane.range} · step ${step}: ${said}`;
       lane.canvas.setAttribute("aria-label", `${name}, step ${step}: ${said}`);
     }
   }

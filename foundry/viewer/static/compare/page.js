@@ -43,13 +43,13 @@
     dispose() {
       this.disposed = true;
       this.player.dispose();
-      this.panels.forEach((one) => one.view.dispose && one.view.dispose());
+      this.panels.forEach((panel) => panel.view.dispose && panel.view.dispose());
     }
 
     /** Return the options of the player: the jumps and marks that all runs have, and the fires of the first run. */
     playing() {
       const each = this.runs.map((run) => run.form.player(run.about)), [first] = each;
-      const shared = (key) => first[key].filter((one) => each.every((other) => other[key].includes(one)));
+      const shared = (key) => first[key].filter((item) => each.every((other) => other[key].includes(item)));
       return {kinds: shared("kinds"), signs: shared("signs"), fires: first.fires};
     }
 
@@ -66,7 +66,7 @@
     seen(looks) {
       const {runs, panels, overlay} = this, [{form}] = runs;
       if (form.arranged && runs.every((run) => run.form === form)) return [form.arranged(panels, looks), overlay && overlay.box];
-      const apart = h("div", {class: "panels"}, panels.map((one) => one.element));
+      const apart = h("div", {class: "panels"}, panels.map((panel) => panel.element));
       if (!overlay) return apart;
       overlay.box.hidden = true;
       const turn = (event) => {
@@ -142,7 +142,7 @@
       }
       this.overTime.load().catch((error) => { this.overTime.element.hidden = false; fill(this.overTime.legend, h("span", {class: "warning"}, error.message)); });
       this.runs.forEach((run) => run.loadMarks(() => this.player.timeline.draw()));
-      if (!this.found && !this.looking) await this.look();
+      if (!this.first && !this.looking) await this.look();
     }
 
     /** Find the first difference between the runs, and go to it unless the user has gone elsewhere. */
@@ -150,11 +150,11 @@
       const stopped = () => this.disposed, {position} = this.clock;
       this.looking = true;
       const first = await this.partings.load().catch((error) => { fill(this.partings.chips, h("span", {class: "warning"}, error.message)); return null; });
-      const found = first || await foundry.difference.firstDifference(this.runs, stopped);
+      const place = first || await foundry.difference.firstDifference(this.runs, stopped);
       this.looking = false;
       if (stopped()) return;
-      this.found = first;
-      if (this.opening && found && this.clock.position === position && this.agent === null) this.goTo(found.step, found.agent);
+      this.first = first;
+      if (this.opening && place && this.clock.position === position && this.agent === null) this.goTo(place.step, place.agent);
       this.opening = false;
       this.shown = null;
       await this.update();

@@ -10,17 +10,17 @@
   function placeOf(step, agent) { return `${step}/${agent}`; }
 
   /** Return whether two runs have the same world and seed; only such runs are searched for differences. */
-  function isPaired({about: one}, {about: other}) { return one.world === other.world && one.seed === other.seed; }
+  function isPaired({about: a}, {about: other}) { return a.world === other.world && a.seed === other.seed; }
 
   /** Return the first decisions in which the runs differ from the first run, as {step, agent, kind, asked}, the earliest first. */
   async function partingsOf(runs) {
-    const [first, ...others] = runs, found = new Map();
-    const told = await Promise.all(others.filter((run) => isPaired(first, run)).map((run) =>
+    const [first, ...others] = runs, partings = new Map();
+    const replies = await Promise.all(others.filter((run) => isPaired(first, run)).map((run) =>
       foundry.source.json(`sweep/${first.sweep}/partings/${[first.id, run.id].sort().join("/")}`)));
-    for (const [step, agent, kind, asked] of told.flatMap((one) => one.partings)) {
-      if (!found.has(placeOf(step, agent))) found.set(placeOf(step, agent), {step, agent, kind, asked});
+    for (const [step, agent, kind, asked] of replies.flatMap((reply) => reply.partings)) {
+      if (!partings.has(placeOf(step, agent))) partings.set(placeOf(step, agent), {step, agent, kind, asked});
     }
-    return [...found.values()].sort((a, b) => a.step - b.step || a.agent - b.agent).slice(0, MOST);
+    return [...partings.values()].sort((a, b) => a.step - b.step || a.agent - b.agent).slice(0, MOST);
   }
 
   function cut(text) { return text.length > SHORT ? `${text.slice(0, SHORT)}…` : text; }
@@ -33,7 +33,7 @@
 
   /** Return a decision of a run in words. `kind` is the kind of question; null for any. */
   function gist(run, decision, kind) {
-    const record = decision.records.find((one) => kind === null || one.kind === kind || one.kind === undefined);
+    const record = decision.records.find((row) => kind === null || row.kind === kind || row.kind === undefined);
     if (!record) return "made no decision";
     if (!FINE.includes(run.form.outcome(decision, kind || record.kind || "action", 0))) return "gave no readable reply";
     return (run.form.decided || chosen)(record, kind, run.about);
@@ -41,7 +41,7 @@
 
   /** Return whether all runs sent the same messages. */
   function areAskedAlike(decisions, kind) {
-    const sent = decisions.map(({calls}) => JSON.stringify(calls.filter((one) => kind === null || one.kind === kind).map((one) => one.messages)));
+    const sent = decisions.map(({calls}) => JSON.stringify(calls.filter((call) => kind === null || call.kind === kind).map((call) => call.messages)));
     return new Set(sent).size === 1 && sent[0] !== "[]";
   }
 
@@ -63,14 +63,14 @@
       return this.all[0] || null;
     }
 
-    at(step, agent) { return (this.all || []).find((one) => one.step === step && one.agent === agent) || null; }
+    at(step, agent) { return (this.all || []).find((parting) => parting.step === step && parting.agent === agent) || null; }
 
     /** Describe a moment: the prompts and the decisions of the runs. */
     show(step, agent, decisions) {
       const parting = this.at(step, agent), kind = parting && parting.kind, {runs} = this;
       const whose = runs.some((run) => run.about.agents > 1) ? `agent ${agent}, ` : "";
       const asked = parting ? `with the same prompt${parting.asked === SAME ? "" : ", except for the agent's own earlier words"}` : areAskedAlike(decisions, kind) ? "with the same prompt" : "with different prompts";
-      const by = grouped(decisions.map((decision, index) => ({name: this.names[index], did: gist(runs[index], decision, kind)})), (one) => one.did);
+      const by = grouped(decisions.map((decision, index) => ({name: this.names[index], did: gist(runs[index], decision, kind)})), (item) => item.did);
       const clauses = [...by].map(([did, those]) => [those.map(({name}, at) => [at ? ", " : null, h("b", {}, h("bdi", {}, name))]), " ", h("bdi", {}, did)]);
       fill(this.sentence, `Step ${step}: ${whose}${asked}: `, clauses.map((clause, at) => [at ? "; " : null, clause]), by.size === 1 && !parting && runs.length > 1 ? ", all alike" : null, ".");
       this.offer(step, agent);
@@ -84,9 +84,9 @@
 
     offer(step, agent) {
       if (this.all === null) return;
-      const several = this.runs.some((run) => run.about.agents > 1), chip = (one) => h("button", {type: "button", class: "chip",
-        "aria-pressed": String(one.step === step && one.agent === agent), onclick: () => this.onPick(one.step, one.agent)},
-      `step ${one.step}${several ? ` · agent ${one.agent}` : ""}${one.kind === "action" || !one.kind ? "" : ` · ${one.kind}`}`);
+      const several = this.runs.some((run) => run.about.agents > 1), chip = (parting) => h("button", {type: "button", class: "chip",
+        "aria-pressed": String(parting.step === step && parting.agent === agent), onclick: () => this.onPick(parting.step, parting.agent)},
+      `step ${parting.step}${several ? ` · agent ${parting.agent}` : ""}${parting.kind === "action" || !parting.kind ? "" : ` · ${parting.kind}`}`);
       fill(this.chips, this.all.length ? ["Different decisions after the same prompt: ", this.all.map(chip)]
         : h("span", {class: "note"}, "After the same prompt, the runs always decide alike."));
     }

@@ -14,29 +14,29 @@
 
   /** Return the texts of a decision by name: the texts of its calls, then other texts in its record. */
   function textsOf({records, calls}) {
-    const found = new Map(), questions = new Set(), add = (name, text) => { if (text) found.set(numbered(name, found), text); };
+    const texts = new Map(), questions = new Set(), add = (name, text) => { if (text) texts.set(numbered(name, texts), text); };
     for (const call of calls) {
       const question = numbered(call.kind, questions);
       questions.add(question);
-      (call.messages || []).forEach((one) => add(`${question}: prompt (${one.role})`, one.content));
+      (call.messages || []).forEach((message) => add(`${question}: prompt (${message.role})`, message.content));
       add(`${question}: thinking`, call.thinking);
       add(`${question}: reply`, call.text);
     }
-    const asked = new Set(found.values());
+    const asked = new Set(texts.values());
     for (const record of records) {
       for (const [key, value] of Object.entries(record)) {
         if (typeof value !== "string" || asked.has(value) || !(OF_A_DECISION.includes(key) || (value.length > LONG && /\s/.test(value)))) continue;
         add(records.length > 1 && record.kind ? `${record.kind}: ${key}` : key, value);
       }
     }
-    return found;
+    return texts;
   }
 
   /** Return the sections of a text by heading; a repeated heading gets a number. */
   function byHeading(text) {
-    const found = new Map();
-    for (const [heading, body] of sections(text)) found.set(numbered(heading, found), body);
-    return found;
+    const bodies = new Map();
+    for (const [heading, body] of sections(text)) bodies.set(numbered(heading, bodies), body);
+    return bodies;
   }
 
   /** Return one of two texts, with the words marked that are missing in the other text. */
@@ -73,8 +73,8 @@
     show(decisions, kind) {
       const has = ({records, calls}) => records.length > 0 || calls.length > 0, missing = this.all.filter((_, index) => !has(decisions[index]));
       this.names = this.all.filter((_, index) => has(decisions[index]));
-      const texts = decisions.filter(has).map(textsOf), all = [...new Set(texts.flatMap((one) => [...one.keys()]))];
-      const of = (name) => texts.map((one) => one.get(name)), isReply = (name) => REPLY.test(name) && (kind === null || name.startsWith(`${kind}:`));
+      const texts = decisions.filter(has).map(textsOf), all = [...new Set(texts.flatMap((text) => [...text.keys()]))];
+      const of = (name) => texts.map((text) => text.get(name)), isReply = (name) => REPLY.test(name) && (kind === null || name.startsWith(`${kind}:`));
       const replies = all.filter(isReply), others = all.filter((name) => !isReply(name) && new Set(of(name)).size > 1);
       fill(this.replies, missing.length ? h("p", {class: "note"}, `No decision at this step: ${missing.join(", ")}.`) : null,
         replies.map((name) => h("div", {"data-text": name}, replies.length > 1 ? h("p", {class: "role"}, h("bdi", {}, name)) : null, columns(this.names, of(name)))));
@@ -84,8 +84,8 @@
     clear() { fill(this.replies); fill(this.element); }
 
     text(name, texts) {
-      const parts = texts.map((text) => (text === undefined ? new Map() : byHeading(text))), headings = [...new Set(parts.flatMap((one) => [...one.keys()]))];
-      const of = (heading) => parts.map((one) => one.get(heading)), differing = headings.filter((heading) => new Set(of(heading)).size > 1);
+      const parts = texts.map((text) => (text === undefined ? new Map() : byHeading(text))), headings = [...new Set(parts.flatMap((part) => [...part.keys()]))];
+      const of = (heading) => parts.map((part) => part.get(heading)), differing = headings.filter((heading) => new Set(of(heading)).size > 1);
       return this.fold(name, () => (headings.length < 2 ? columns(this.names, texts)
         : differing.map((heading) => [h("h3", {}, h("bdi", {}, heading || "before the first heading")), columns(this.names, of(heading))])));
     }

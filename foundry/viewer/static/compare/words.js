@@ -34,21 +34,21 @@
   }
 
   function backwards(a, b, rounds) {
-    const found = [];
+    const words = [];
     let x = a.length, y = b.length;
     for (let round = rounds.length - 1; round >= 0; round -= 1) {
       const reach = rounds[round], middle = round + 1, way = x - y;
       const down = way === -round || (way !== round && reach[middle + way - 1] < reach[middle + way + 1]);
       const before = down ? way + 1 : way - 1, fromX = reach[middle + before], fromY = fromX - before;
-      for (; x > fromX && y > fromY; x -= 1, y -= 1) found.push([SAME, a[x - 1]]);
-      if (round) found.push(down ? [NEW, b[fromY]] : [GONE, a[fromX]]);
+      for (; x > fromX && y > fromY; x -= 1, y -= 1) words.push([SAME, a[x - 1]]);
+      if (round) words.push(down ? [NEW, b[fromY]] : [GONE, a[fromX]]);
       [x, y] = [fromX, fromY];
     }
-    return found.reverse();
+    return words.reverse();
   }
 
   /** Join words to parts. A blank between two changes belongs to both, so that a changed phrase is one piece. */
-  function joined(found) {
+  function joined(words) {
     const parts = [];
     let changed = {gone: "", new: ""}, blank = "";
     const add = (kind, text) => {
@@ -63,7 +63,7 @@
       changed = {gone: "", new: ""};
       blank = "";
     };
-    for (const [kind, text] of found) {
+    for (const [kind, text] of words) {
       if (kind === SAME && (changed.gone || changed.new) && !blank && BLANK.test(text)) blank = text;
       else if (kind === SAME) { close(); add(SAME, text); } else {
         changed.gone += blank;
@@ -93,13 +93,13 @@
 
   /** Return the sections of a prompt, [heading, text] each. The text before the first heading has an empty heading. */
   function sections(text) {
-    const found = [["", []]];
+    const parts = [["", []]];
     for (const line of text.split("\n")) {
-      if (HEADING.test(line)) found.push([line.trim(), []]);
-      else found[found.length - 1][1].push(line);
+      if (HEADING.test(line)) parts.push([line.trim(), []]);
+      else parts[parts.length - 1][1].push(line);
     }
-    if (found.length > MOST_SECTIONS) return [["", text]];
-    return found.map(([heading, lines]) => [heading, lines.join("\n")]).filter(([heading, body]) => heading || body);
+    if (parts.length > MOST_SECTIONS) return [["", text]];
+    return parts.map(([heading, lines]) => [heading, lines.join("\n")]).filter(([heading, body]) => heading || body);
   }
 
   foundry.words = {difference, sections, SAME, GONE, NEW};

@@ -34,7 +34,7 @@
 
     choice(name) {
       const tick = h("input", {type: "checkbox", checked: this.shown.includes(name), onchange: () => this.onChoose(
-        tick.checked ? [...this.shown, name] : this.shown.filter((one) => one !== name))});
+        tick.checked ? [...this.shown, name] : this.shown.filter((key) => key !== name))});
       return h("label", {}, tick, " ", breakable(name));
     }
   }

@@ -13,7 +13,7 @@
 
   /** Return rows as CSV after RFC 4180, numbers in full. */
   function csv(columns, rows) {
-    const lines = [columns.map((one) => one.key), ...rows.map((row) => columns.map((one) => one.value(row)))];
+    const lines = [columns.map((column) => column.key), ...rows.map((row) => columns.map((column) => column.value(row)))];
     return lines.map((line) => `${line.map(quoted).join(",")}\r\n`).join("");
   }
 

@@ -18,7 +18,7 @@
       this.words = h("input", {type: "search", placeholder: "words, fire*, \"a phrase\", tag:odd", "aria-label": "Filter and search",
         oninput: () => onChange({q: this.words.value, find: null, page: null}, false)});
       this.kind = this.choice("in", "Where to search", Object.entries(KINDS), "every");
-      this.outcome = this.choice("outcome", "Outcome of the decision", [["", "every outcome"], ...OUTCOMES.map((one) => [one, one])], "");
+      this.outcome = this.choice("outcome", "Outcome of the decision", [["", "every outcome"], ...OUTCOMES.map((name) => [name, name])], "");
       this.numbers = Object.entries(NUMBERS).map(([key, text]) => h("input", {type: "number", min: "0", placeholder: text, "aria-label": text, "data-find": key,
         oninput: (event) => onChange({[key]: event.target.value || null, page: null}, false)}));
       this.state = h("p", {class: "note", role: "status"});
@@ -67,30 +67,30 @@
 
     async ask(asked, skip) {
       try {
-        const found = await foundry.source.json(`sweep/${this.sweep}/search/${encodeURIComponent(JSON.stringify({...JSON.parse(asked), skip}))}`);
-        if (this.asked === asked) this.draw(asked, skip, found);
+        const reply = await foundry.source.json(`sweep/${this.sweep}/search/${encodeURIComponent(JSON.stringify({...JSON.parse(asked), skip}))}`);
+        if (this.asked === asked) this.draw(asked, skip, reply);
       } catch (error) {
         if (this.asked === asked) this.state.textContent = error.message;
       }
     }
 
-    draw(asked, skip, found) {
-      const ready = found.indexed >= found.runs;
+    draw(asked, skip, reply) {
+      const ready = reply.indexed >= reply.runs;
       if (!skip) fill(this.list);
-      this.list.append(...found.hits.map((hit) => this.item(hit)));
+      this.list.append(...reply.hits.map((hit) => this.item(hit)));
       const count = this.list.children.length;
-      this.more.hidden = count >= found.count || !ready;
-      this.state.textContent = [`${found.count.toLocaleString("en")} found in ${Object.keys(found.in_runs).length} runs${found.count > count ? `, the first ${count} are below` : ""}`,
-        ready ? "" : `${found.indexed} of ${found.runs} runs read so far`, found.unread.length ? `could not be read: ${found.unread.join("; ")}` : ""].filter(Boolean).join("; ");
-      fill(this.speakers, found.agents.length ? ["Found most often in texts of ", found.agents.map(([agent, hits]) => [h("button", {type: "button", class: "go", "aria-label": `Only agent ${agent}`,
+      this.more.hidden = count >= reply.count || !ready;
+      this.state.textContent = [`${reply.count.toLocaleString("en")} found in ${Object.keys(reply.in_runs).length} runs${reply.count > count ? `, the first ${count} are below` : ""}`,
+        ready ? "" : `${reply.indexed} of ${reply.runs} runs read so far`, reply.unread.length ? `could not be read: ${reply.unread.join("; ")}` : ""].filter(Boolean).join("; ");
+      fill(this.speakers, reply.agents.length ? ["Found most often in texts of ", reply.agents.map(([agent, hits]) => [h("button", {type: "button", class: "go", "aria-label": `Only agent ${agent}`,
         onclick: () => this.onChange({agent})}, `agent ${agent}: ${hits.toLocaleString("en")}`), " "])] : null);
-      if (JSON.stringify(found.in_runs) !== JSON.stringify(this.inRuns)) { this.inRuns = found.in_runs; this.onFound(); }
+      if (JSON.stringify(reply.in_runs) !== JSON.stringify(this.inRuns)) { this.inRuns = reply.in_runs; this.onFound(); }
       if (!ready) this.waiting = setTimeout(() => this.ask(asked, 0), AGAIN_MS);
     }
 
     item([run, step, agent, kind, text, moment]) {
       const at = Object.entries({step, agent}).filter(([, number]) => number !== null);
-      return h("li", {}, h("a", {href: foundry.Notes.addressOf(this.sweep, {run, step, agent, moment})}, [this.nameOf(run), ...at.map((one) => one.join(" "))].join(" · ")), this.kind.value === kind ? " " : ` ${kind}: `, h("bdi", {}, text));
+      return h("li", {}, h("a", {href: foundry.Notes.addressOf(this.sweep, {run, step, agent, moment})}, [this.nameOf(run), ...at.map((pair) => pair.join(" "))].join(" · ")), this.kind.value === kind ? " " : ` ${kind}: `, h("bdi", {}, text));
     }
   }
 

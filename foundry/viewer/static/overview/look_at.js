@@ -45,13 +45,13 @@
       const moment = ({level_run: level, reference_run: reference, seed, step, agent}) => h("a", {
         href: `#/compare/${this.sweep}/${level}/${reference}?step=${step}&agent=${agent}`}, `an example: seed ${seed}, step ${step}, agent ${agent}`);
       const shown = findings.slice(0, MOMENTS);
-      return shown.length ? [h("h3", {}, "Largest differences"), h("ul", {class: "findings"}, shown.map((one) =>
-        h("li", {}, one.sentence, " ", h("span", {class: "note"}, `(${one.standing}) `), one.moments.length ? moment(one.moments[0]) : null)))] : null;
+      return shown.length ? [h("h3", {}, "Largest differences"), h("ul", {class: "findings"}, shown.map((row) =>
+        h("li", {}, row.sentence, " ", h("span", {class: "note"}, `(${row.standing}) `), row.moments.length ? moment(row.moments[0]) : null)))] : null;
     }
 
     far(furthest) {
-      return furthest.length ? [h("h3", {}, "Runs furthest from the mean of their group"), h("ul", {class: "far"}, furthest.map((one) =>
-        h("li", {}, this.link(one.run), `: ${one.label} ${one.value}; mean of its group ${one.mean} `, h("small", {class: "note"}, `(${number(one.distance, 2)} standard deviations apart)`))))] : null;
+      return furthest.length ? [h("h3", {}, "Runs furthest from the mean of their group"), h("ul", {class: "far"}, furthest.map((row) =>
+        h("li", {}, this.link(row.run), `: ${row.label} ${row.value}; mean of its group ${row.mean} `, h("small", {class: "note"}, `(${number(row.distance, 2)} standard deviations apart)`))))] : null;
     }
   }
 

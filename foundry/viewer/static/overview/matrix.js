@@ -30,24 +30,24 @@
      */
     constructor(options) {
       this.options = options;
-      this.found = {columns: [], groups: [], group_of: [], part: "", findings: [], matrix: null, furthest: [], labels: {}};
+      this.summary = {columns: [], groups: [], group_of: [], part: "", findings: [], matrix: null, furthest: [], labels: {}};
       this.rows = [];
       this.element = h("section", {class: "matrix", "aria-label": "Models and worlds"});
     }
 
     async load(sweep) {
-      this.found = await foundry.source.json(`sweep/${sweep}/groups`);
+      this.summary = await foundry.source.json(`sweep/${sweep}/groups`);
     }
 
     /** Assign each run to the row of its group; without one, to the only row of its model; without one, to a new row. */
     arrange(runs) {
-      const {columns, groups, group_of: groupOf, matrix} = this.found, at = columns.indexOf("model"), places = new Map();
+      const {columns, groups, group_of: groupOf, matrix} = this.summary, at = columns.indexOf("model"), places = new Map();
       this.rows = (matrix?.rows || []).map((row) => ({name: row.name, model: row.groups[0][at], cells: row.cells, groups: row.groups, runs: []}));
       this.rows.forEach((row) => row.groups.forEach((group) => places.set(JSON.stringify(group), row)));
       for (const run of runs) {
         const group = groups[groupOf[run.index]], known = group && places.get(JSON.stringify(group.values));
         const alike = known ? [known] : this.rows.filter((row) => row.model === run.model);
-        const row = alike.length === 1 ? alike[0] : this.rows.find((one) => one.name === run.model) || this.begin(run.model);
+        const row = alike.length === 1 ? alike[0] : this.rows.find((row) => row.name === run.model) || this.begin(run.model);
         row.runs.push(run);
         run.row = row.name;
       }
@@ -67,9 +67,9 @@
     draw(runs, models, measures, values, asked) {
       this.looks = looks.ofModels(models);
       this.arrange(runs);
-      const {matrix, part} = this.found, worlds = [...new Set(runs.map((run) => run.world))];
+      const {matrix, part} = this.summary, worlds = [...new Set(runs.map((run) => run.world))];
       const columns = matrix?.columns.length ? matrix.columns : worlds.map((world) => ({title: world, label: "", measure: "", world}));
-      const missing = matrix ? worlds.filter((world) => !columns.some((one) => one.world === world)) : [];
+      const missing = matrix ? worlds.filter((world) => !columns.some((column) => column.world === world)) : [];
       const all = [...columns, ...missing.map((world) => ({title: world, label: "", measure: "", world}))];
       fill(this.element, part ? h("p", {class: "note"}, `Analysed: ${part}`) : null,
         h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Models and worlds, as a table"}, h("table", {class: "runs"},
@@ -94,7 +94,7 @@
       const opened = asked.open === row.name, {runs} = row, replies = sum(runs, "replies"), undecided = sum(runs, "undecided");
       const name = h("button", {type: "button", "aria-expanded": String(opened), title: "Measures of this row", onclick: () => this.options.onOpen(opened ? null : row.name)}, this.marker(row.model), " ", row.name);
       const readable = replies ? percent(replies - undecided, replies) : "not yet";
-      const reaches = (row.cells || []).map((cell) => cell.reach), least = reaches.filter((one) => one !== null).length > 1 ? Math.min(...reaches.filter((one) => one !== null)) : null;
+      const reaches = (row.cells || []).map((cell) => cell.reach), least = reaches.filter((reach) => reach !== null).length > 1 ? Math.min(...reaches.filter((reach) => reach !== null)) : null;
       return h("tr", {}, h("th", {scope: "row"}, name),
         columns.map((column, place) => this.cell(row, column, row.cells?.[place], {asked, least})),
         h("td", {class: "number"}, undecided && foundry.source.live ? h("button", {type: "button", class: "go", title: "List the replies that could not be read", onclick: () => this.options.onUnread(row.name)}, readable) : readable),
@@ -122,26 +122,26 @@
     /** The measures of a row by world: mean, interval and seeds on the scale of all groups, and baselines in words. */
     strips(row, measures, values) {
       if (!row) return null;
-      const {groups, columns} = this.found, world = columns.indexOf("world"), size = (name) => this.found.findings.findIndex((one) => one.measure === name) >>> 0; // none: last
-      const own = row.groups.map((group) => groups.findIndex((one) => !one.baseline && JSON.stringify(one.values) === JSON.stringify(group))).filter((place) => place >= 0);
+      const {groups, columns} = this.summary, world = columns.indexOf("world"), size = (name) => this.summary.findings.findIndex((row) => row.measure === name) >>> 0; // none: last
+      const own = row.groups.map((group) => groups.findIndex((row) => !row.baseline && JSON.stringify(row.values) === JSON.stringify(group))).filter((place) => place >= 0);
       const shown = measures.filter((name) => own.some((place) => groups[place].measures[name])).sort((a, b) => size(a) - size(b));
       if (!shown.length) return h("p", {class: "note"}, `There are no measures of ${row.name} yet. To see measures, analyse the sweep.`);
       const title = (place) => (world < 0 ? "mean and seeds" : groups[place].values[world]);
       return h("div", {class: "table-box strips", tabindex: "0", role: "region", "aria-label": `Measures of ${row.name}`}, h("table", {class: "runs"},
         h("caption", {class: "note"}, `${row.name}. Dot: mean. Bar: interval of the mean. Strokes: the seeds. All groups in the same world have the same scale.`),
         h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "measure"), own.map((place) => h("th", {scope: "col"}, title(place))))),
-        h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(name)}, this.found.labels[name] || null, h("small", {}, breakable(name)))),
+        h("tbody", {}, shown.map((name) => h("tr", {}, h("th", {scope: "row"}, h("button", {type: "button", title: "Sort the runs by this measure", onclick: () => this.options.onSort(name)}, this.summary.labels[name] || null, h("small", {}, breakable(name)))),
           own.map((place) => this.strip(place, name, values.get(name) || [], row.model)))))));
     }
 
     strip(place, name, values, model) {
-      const {groups, columns, group_of: groupOf} = this.found, world = columns.indexOf("world"), found = groups[place].measures[name];
-      if (!found) return h("td", {class: "note"}, "not measured");
-      const alike = groups.filter((one) => one.measures[name] && (world < 0 || one.values[world] === groups[place].values[world]));
-      const seeds = values.filter((value, index) => groupOf[index] === place && value !== null), [mean, low, high, n] = found;
-      const scale = marks.scale([...seeds, ...alike.flatMap((one) => one.measures[name].slice(0, 3))].filter((one) => one !== null), marks.WIDTH);
-      const baselines = alike.filter((one) => one.baseline).map((one) => `${one.values[columns.indexOf("model")]} ${number(one.measures[name][0])}`);
-      return h("td", {}, marks.strip(seeds, found, scale, this.looks.get(model)?.paint || looks.baseline),
+      const {groups, columns, group_of: groupOf} = this.summary, world = columns.indexOf("world"), summary = groups[place].measures[name];
+      if (!summary) return h("td", {class: "note"}, "not measured");
+      const alike = groups.filter((group) => group.measures[name] && (world < 0 || group.values[world] === groups[place].values[world]));
+      const seeds = values.filter((value, index) => groupOf[index] === place && value !== null), [mean, low, high, n] = summary;
+      const scale = marks.scale([...seeds, ...alike.flatMap((group) => group.measures[name].slice(0, 3))].filter((n) => n !== null), marks.WIDTH);
+      const baselines = alike.filter((group) => group.baseline).map((group) => `${group.values[columns.indexOf("model")]} ${number(group.measures[name][0])}`);
+      return h("td", {}, marks.strip(seeds, summary, scale, this.looks.get(model)?.paint || looks.baseline),
         h("b", {}, number(mean)), low === null ? null : ` [${number(low)}, ${number(high)}]`, h("small", {}, ` n = ${n}, scale ${number(scale.low)} to ${number(scale.high)}`),
         baselines.length ? h("small", {}, `baselines: ${baselines.join(", ")}`) : null);
     }

@@ -8,14 +8,14 @@
     constructor(sweep, {onTag, onChange}) {
       Object.assign(this, {sweep, onTag, onChange, ofRun: new Map()});
       this.element = h("div");
-      this.told = h("div");
+      this.unread = h("div");
       this.saving = h("input", {type: "checkbox"});
       this.choice = h("label", {title: "The CSV file then has columns with the tags and notes, but not their authors", hidden: true}, this.saving, " with notes");
     }
 
     async load() {
       const {notes, unread} = await foundry.source.json(`sweep/${this.sweep}/notes`);
-      fill(this.told, unread.map((why) => h("p", {class: "warning"}, why)));
+      fill(this.unread, unread.map((why) => h("p", {class: "warning"}, why)));
       this.ofRun = grouped(notes, (note) => note.run);
       this.choice.hidden = !notes.length;
     }
@@ -60,7 +60,7 @@
 
     closed(dialog, run) {
       dialog.remove();
-      [...document.querySelectorAll("[aria-label]")].find((one) => one.ariaLabel === `Notes on ${run}`)?.focus();
+      [...document.querySelectorAll("[aria-label]")].find((node) => node.ariaLabel === `Notes on ${run}`)?.focus();
     }
   }
 

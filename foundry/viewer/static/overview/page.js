@@ -15,9 +15,9 @@
 
   /** Return a link to the other sweeps, or null if there are none. */
   function sweepChoice(sweeps, sweep) {
-    const told = ({name, runs, when, working}) => [`${name} (${runs} runs)`, when ? when.slice(0, 10) : "", working ? "running" : ""].filter(Boolean).join(" · ");
+    const label = ({name, runs, when, working}) => [`${name} (${runs} runs)`, when ? when.slice(0, 10) : "", working ? "running" : ""].filter(Boolean).join(" · ");
     const choice = h("select", {"aria-label": "Sweep", onchange: () => { location.hash = `#/sweep/${choice.value}`; }},
-      sweeps.map((one) => h("option", {value: one.id, selected: one.id === sweep.id}, told(one))));
+      sweeps.map((choice) => h("option", {value: choice.id, selected: choice.id === sweep.id}, label(choice))));
     return sweeps.length > 1 ? choice : null;
   }
 
@@ -48,7 +48,7 @@
       document.addEventListener("keydown", this.onKeyDown);
       this.element = h("div", {class: "overview"}, this.heading(),
         unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)),
-        this.noted.told, h("div", {class: "found-first"}, this.matrix.element, this.lookAt.element), this.gallery.element, this.find.element, this.controls, this.table.element, this.table.pager, this.noted.element);
+        this.noted.unread, h("div", {class: "found-first"}, this.matrix.element, this.lookAt.element), this.gallery.element, this.find.element, this.controls, this.table.element, this.table.pager, this.noted.element);
     }
 
     dispose() {
@@ -119,7 +119,7 @@
     list(key) { return this.asked(key).split(",").filter(Boolean); }
 
     /** The measures that the user chose as columns; null without a choice. */
-    get chosen() { return this.query.has("columns") ? this.list("columns").filter((one) => this.head.measures.includes(one)) : null; }
+    get chosen() { return this.query.has("columns") ? this.list("columns").filter((name) => this.head.measures.includes(name)) : null; }
 
     /**
      * The measures that are columns. Without a choice, these are the measures that claims rest on, if the runs of these
@@ -150,8 +150,8 @@
      */
     isAsked(row) {
       const words = this.find.inRuns ? this.asked("find").toLocaleLowerCase().split(/\s+/).filter(Boolean) : [];
-      const found = !this.find.inRuns || row.run in this.find.inRuns || (words.length > 0 && !NARROWING.some((key) => this.asked(key)) && words.every((word) => row.text.includes(word)));
-      return found && (!this.asked("row") || row.row === this.asked("row"));
+      const hit = !this.find.inRuns || row.run in this.find.inRuns || (words.length > 0 && !NARROWING.some((key) => this.asked(key)) && words.every((word) => row.text.includes(word)));
+      return hit && (!this.asked("row") || row.row === this.asked("row"));
     }
 
     /** Return the searched runs as a mask; empty for all. */
@@ -253,7 +253,7 @@
       if (this.isNews("found", [this.head.claimed, this.head.links, looked, this.rows.map((row) => [row.status, row.calls])])) this.drawFound();
       if (this.isNews("looked", [`${this.query}`, [...this.values.keys()]])) this.lookAsAsked();
       const columns = this.columns();
-      if (this.isNews("columns", [columns.map((one) => one.key), this.head.measures])) {
+      if (this.isNews("columns", [columns.map((column) => column.key), this.head.measures])) {
         this.table.setColumns(columns);
         this.drawControls();
       }
@@ -290,8 +290,8 @@
     drawState() {
       const {runs} = this.head, counts = this.counted(), ended = (counts.complete || 0) + (counts.failed || 0);
       const sides = ["model", "world", "prompt", "seed"].map((key) => [key, this.choices(key)]);
-      const told = sides.map(([key, values]) => (values.length === 1 ? `${key} ${values[0]}` : `${values.length} ${key}s`)).join(" · ");
-      fill(this.state, h("span", {class: "note"}, told), ended < runs ? h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}) : null,
+      const text = sides.map(([key, values]) => (values.length === 1 ? `${key} ${values[0]}` : `${values.length} ${key}s`)).join(" · ");
+      fill(this.state, h("span", {class: "note"}, text), ended < runs ? h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}) : null,
         h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} read so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), count === runs ? " " : ` ${count} `]),
         foundry.source.live && this.isOpen() ? h("a", {href: `#/live/${this.sweep.id}`}, "live progress") : null);
     }
@@ -299,7 +299,7 @@
     drawFound() {
       const {row, world, open, sort} = Object.fromEntries(["row", "world", "open", "sort"].map((key) => [key, this.asked(key)]));
       this.matrix.draw(this.rows, this.head.models, this.head.claimed, this.values, {row, world, open, sort: sort.replace("-", "")});
-      this.lookAt.draw(this.rows, this.matrix.found, this.matrix.rows);
+      this.lookAt.draw(this.rows, this.matrix.summary, this.matrix.rows);
     }
 
     choices(key) { return [...new Set(this.rows.map((row) => row[key]))].sort(); }
@@ -322,7 +322,7 @@
 
     /** Return the name of a run, or its id until its row is loaded. */
     nameOf(run) {
-      const row = this.rows?.find((one) => one.run === run);
+      const row = this.rows?.find((row) => row.run === run);
       return row ? foundry.RunTable.nameOf(row) : run;
     }
 
@@ -341,10 +341,10 @@
     /** Go to the first seed, among the visible runs, that several models played with the same prompt. */
     compareSeed() {
       const groups = new Map();
-      for (const row of this.table.matching().filter((one) => one.status !== "waiting")) {
+      for (const row of this.table.matching().filter((row) => row.status !== "waiting")) {
         const key = JSON.stringify([row.seed, row.prompt, row.world]);
         const group = groups.get(key) || [];
-        if (!group.some((one) => one.model === row.model)) groups.set(key, [...group, row]);
+        if (!group.some((other) => other.model === row.model)) groups.set(key, [...group, row]);
       }
       const best = [...groups.values()].find((group) => group.length > 1);
       if (best) location.hash = `#/compare/${this.sweep.id}/${best.map((row) => row.run).join("/")}`;

@@ -73,12 +73,12 @@
       const wanted = Object.entries(values).filter(([, value]) => value !== "");
       const rows = this.rows.filter((row) => wanted.every(([key, value]) => String(row[key]) === value)
         && words.every((word) => says(row, word)) && this.within(row));
-      const column = this.columns.find((one) => one.key === this.sortBy);
+      const column = this.columns.find((column) => column.key === this.sortBy);
       if (!column) return rows;
       const sign = this.down ? -1 : 1;
       return [...rows].sort((a, b) => {
         const [x, y] = [column.value(a), column.value(b)];
-        const missing = (one) => one === null || one === undefined;
+        const missing = (value) => value === null || value === undefined;
         return missing(x) || missing(y) ? compareValues(x, y) : sign * compareValues(x, y);
       });
     }

@@ -16,9 +16,9 @@
 
   /** A prompt exactly as it was sent. If it has headings, its sections can be folded. */
   function prompt(text) {
-    const found = foundry.words.sections(text);
-    if (found.length < 2) return quote(text, "prompt");
-    return found.map(([heading, body]) => (heading ? h("details", {class: "section", open: true}, h("summary", {}, h("bdi", {}, heading)), quote(body, "prompt")) : quote(body, "prompt")));
+    const parts = foundry.words.sections(text);
+    if (parts.length < 2) return quote(text, "prompt");
+    return parts.map(([heading, body]) => (heading ? h("details", {class: "section", open: true}, h("summary", {}, h("bdi", {}, heading)), quote(body, "prompt")) : quote(body, "prompt")));
   }
 
   /** Return a key of a call within its step: its kind, and the number of earlier calls of this kind. */
@@ -31,10 +31,10 @@
       h("summary", {}, h("b", {}, call.kind), ` · ${call.cached ? "from the cache" : "from the model"} · finish reason: ${call.ending}`),
       h("h4", {}, "Reply"), quote(call.text, "reply"),
       call.thinking ? [h("h4", {}, "Thinking"), quote(call.thinking)] : null,
-      attempts.length ? [h("h4", {}, "Failed attempts"), h("ul", {}, attempts.map((one) => h("li", {}, `${number(one.elapsed_s)} s: ${one.error}`)))] : null,
+      attempts.length ? [h("h4", {}, "Failed attempts"), h("ul", {}, attempts.map((error) => h("li", {}, `${number(error.elapsed_s)} s: ${error.error}`)))] : null,
       h("h4", {}, "Prompt"), (call.messages || []).map((message) => [
         h("p", {class: "role"}, message.role,
-          message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
+          message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((hash) => hash.slice(0, 12)).join(", ")}` : null),
         prompt(message.content)]),
       facts([["model", call.model], ["host", call.host], ["sampling seed", String(call.seed)], ["times", seconds(call.timings)],
         ["tokens", `${number(call.prompt_tokens)} in${call.cached_tokens === null || call.cached_tokens === undefined ? "" : ` (${number(call.cached_tokens)} from the server's prompt cache)`}, ${number(call.output_tokens)} out`],
@@ -42,7 +42,7 @@
   }
 
   /** The messages to an agent at the step and before. Each line has a link to the sender's moment. */
-  function told({received, before, since, momentOf}) {
+  function inbox({received, before, since, momentOf}) {
     const heard = (lines, when) => h("ul", {class: "told"}, lines.map(([step, sender, text]) =>
       h("li", {}, h("a", {href: momentOf(step, sender), "data-sender": String(sender)}, `${when ? `step ${step}, ` : ""}agent ${sender}`), ": ", h("bdi", {}, text))));
     const earlier = before.slice(0, -LAST);
@@ -190,5 +190,5 @@
   }
 
   foundry.Inspector = Inspector;
-  foundry.parts = {facts, calls, keepOpen, told, thought};
+  foundry.parts = {facts, calls, keepOpen, inbox, thought};
 })(window.Foundry);
