@@ -119,7 +119,7 @@ def parts() -> list[Part]:
             )
         other = taken.setdefault((part.name, part.run), part)
         if other is not part:
-            raise InputError(f"{part.origin} has the name '{part.name}' of {other.origin}: give it another NAME.")
+            raise InputError(f"{part.origin} has the name '{part.name}', as {other.origin} has: rename one.")
     return all_parts
 
 

@@ -122,7 +122,8 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
 def out_of_reach(plan: Preregistration) -> list[str]:
     """Return a line for each look with too few seeds: no p value can be low enough for Holm's correction."""
     return [
-        f"at {look.seeds} seeds no p can reach {look.alpha_in_family:.2g}: use more seeds or fewer conditions"
+        f"with {look.seeds} seeds, no p value can be as low as {look.alpha_in_family:.2g}: use more seeds or "
+        "fewer conditions"
         for look in plan.looks
         if least_p(look.seeds) > look.alpha_in_family
     ]

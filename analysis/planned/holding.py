@@ -201,7 +201,7 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
     seeds = {seed for key, seed, status in rows if key in plan.groups and status in (COMPLETE, FAILED)}
     further = seeds - set(declared.seeds)
     if further:
-        yield f"{len(further)} seeds are not in the plan and not tested"
+        yield f"{len(further)} seeds were run, but are not in the plan, so they are not tested"
     known = len(seeds) - len(further)
     if known and known not in plan.looks:
         tested = f"tested at {plan.looks[plan.reached - 1]}" if plan.reached else "nothing is tested yet"

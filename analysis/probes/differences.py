@@ -158,7 +158,10 @@ def _out_of_reach(row: Row, family: int, *, once: bool) -> str:
     if once:
         return "each moment was asked once"
     if row["seeds"] >= FEWEST_FOR_CLAIMS and family * 0.5 ** row["seeds"] > ALPHA and not row["p_holm"] <= ALPHA:
-        return f"no p can reach {ALPHA:g} with {row['seeds']} seeds in {counted(family, 'test')}"
+        return (
+            f"with {row['seeds']} seeds, no p value can be as low as {ALPHA:g} after correction for "
+            f"{counted(family, 'test')}"
+        )
     return ""
 
 

@@ -230,7 +230,7 @@ def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[
     }
     columns = (frame["n_latest"], frame["pairs"], left, frame["look"])
     return [
-        f"no p can reach {alpha:g} with {seeds} seeds among {counted(pairs, 'pair')}"
+        f"with {seeds} seeds, no p value can be as low as {alpha:g} after correction for {counted(pairs, 'pair')}"
         + (" at this look" if look else "")
         if open_pairs and least_p(seeds) > strictest[open_pairs]
         else ""

@@ -120,7 +120,7 @@ def _model(name: str) -> dict[str, Any]:
     config = load_plain(text, file)
     if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config or "${" in text:
         raise InputError(
-            f"Baseline '{name}' cannot be used: {file} must have a `name`, and neither `defaults` nor references "
+            f"Baseline '{name}' cannot be used: {file} must have a `name`, but no `defaults` and no references "
             "such as ${seed}."
         )
     model: dict[str, Any] = with_public_names(config)

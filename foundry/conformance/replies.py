@@ -108,7 +108,8 @@ def takes_bad_replies_for_no_decision(case: WorldCase) -> None:
             is_same = others == first[2]
             require(
                 is_same,
-                f"other agents observe whether a '{kind}' question got {name} or {first[0]}: let both look the same",
+                f"other agents observe whether a '{kind}' question got {name} or {first[0]}: let their observations "
+                "be the same in both cases",
             )
 
 

@@ -77,7 +77,8 @@ class SignatureCase:
         taken = [run for run in runs if isinstance(run, kind)]
         if not taken:
             raise Skipped(
-                f"the signature measures a {kind.__name__}, but this world has none: choose another with world=NAME"
+                f"the signature measures runs of the class {kind.__name__}, but this world has no such run: choose "
+                "another world with world=NAME"
             )
         taken = [run for run in taken if getattr(self.module, "applies", lambda _: True)(run)]
         if not taken:

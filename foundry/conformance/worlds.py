@@ -133,7 +133,9 @@ def is_equal_from_a_pickle(case: WorldCase) -> None:
     try:
         copy = pickle.loads(pickle.dumps(case.scenario))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
-        raise Skipped(f"pickle cannot copy the world, but runs do not need such copies: {error}") from error
+        raise Skipped(
+            f"pickle cannot copy this world, so no copy was compared ({error}); runs need no such copy"
+        ) from error
     _check_same(case, case.played(case.answers, scenario=copy), "a pickled copy")
 
 
@@ -209,7 +211,7 @@ def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
         differing = sorted(names.setdefault(question.kind, set(strata)) ^ set(strata))
         require(
             not differing,
-            f"strata() of some '{question.kind}' questions lacks {', '.join(differing)}: always return all names",
+            f"strata() lacks {', '.join(differing)} for some '{question.kind}' questions: always return the same names",
         )
 
 
@@ -248,7 +250,10 @@ def declares_its_records(case: WorldCase) -> None:
     steps = [record for record in scenario.records if record.stream == _STEPS]
     require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': exactly one must have it")
     missing = [key for key in _COMMON if key not in steps[0].__struct_fields__]
-    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step needs these keys")
+    require(
+        not missing,
+        f"{steps[0].__name__} lacks {', '.join(missing)}: add these fields, which every record of a step needs",
+    )
     for kind, actions in scenario.actions().items():
         _check_actions(kind, actions, scenario.kinds)
     scenario.declared()

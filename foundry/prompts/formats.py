@@ -97,7 +97,9 @@ class Format:
             raise InputError(f"format={name} is a space of formats: draw some, for example with -m format={name}/0-9.")
         sizes = [len(listed) for listed in options.values()]
         if (total := math.prod(sizes)) > _MOST:
-            raise InputError(f"Format '{name}' has {total:,} formats, more than {_MOST:,}: give it fewer options.")
+            raise InputError(
+                f"The space of formats '{name}' has {total:,} formats, more than {_MOST:,}: give it fewer options."
+            )
         if draw >= total:
             raise InputError(f"format={name}/{draw} does not exist: give a format from {name}/0 to {name}/{total - 1}.")
         place = seeding.stream(0, f"formats:{name}").permutation(total)[draw]

@@ -159,7 +159,7 @@ def test_its_signature_is_measured_as_plain_loops_say_and_claims_rest_on_it_wher
     ("[mine/mixin]", "Baseline 'mine/mixin' not found. Did you mean 'mine/mixing'?"),
     ("[scripted/seek]", "'scripted/seek' cannot be a baseline of world 'el_farol': it does not answer 'evening'"),
     ("[../mine/mixing]", "not found"),
-    ("[ollama]", "must have a `name`, and neither `defaults` nor references"),
+    ("[ollama]", "must have a `name`, but no `defaults` and no references"),
     ("scripted/random", "must be a list of policies"),
 ])  # fmt: skip
 @pytest.mark.slow

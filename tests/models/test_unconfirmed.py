@@ -145,7 +145,7 @@ def test_replies_that_name_other_weights_are_refused_also_when_they_come_from_th
     one.check(reply("up", OTHER_HOST, "fp_1"))
     one.check(reply("up", version="fp_2"))
     assert one.find(["l"]).keys() == {"l"}
-    with pytest.raises(ModelChangedError, match="replies first had fingerprint 'fp_2', and now 'fp_1'"):
+    with pytest.raises(ModelChangedError, match="replies first reported fingerprint 'fp_2', and now report 'fp_1'"):
         one.find(["k"])
 
 

@@ -220,7 +220,11 @@ def say_another_fingerprint(server: OpenAIServer, body: Body) -> ChatCase:
     ("models", "answer", "how"),
     [
         ({"a": {"root": "first"}}, load_an_adapter_anew, "digest listed-"),
-        (None, say_another_fingerprint, "its replies first had fingerprint 'fp_44709d6fcb', and now 'fp_other'"),
+        (
+            None,
+            say_another_fingerprint,
+            "its replies first reported fingerprint 'fp_44709d6fcb', and now report 'fp_other'",
+        ),
     ],
 )
 def test_a_server_that_lists_another_model_or_says_another_fingerprint_loses_its_unconfirmed_answers(

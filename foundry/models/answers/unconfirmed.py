@@ -97,7 +97,7 @@ class Unconfirmed:
         for what, said in self._weights_of(reply).items():
             first = self._told.setdefault((reply.host, what), said)
             if said != first:
-                raise self.change(f"its replies first had {what} '{first}', and now '{said}'")
+                raise self.change(f"its replies first reported {what} '{first}', and now report '{said}'")
 
     def keep(self, replies: Mapping[str, Reply], model: str) -> None:
         """Store replies in one transaction, committed on return."""

@@ -213,5 +213,6 @@ def _check_settings(
     for field in extra:
         if field in RESERVED or field == seed_field:
             raise InputError(
-                f"model.extra.{field} has a setting of its own, or is set for each call. Remove this field."
+                f"model.extra.{field} is refused, because foundry sets this field itself: for each call, or from "
+                "another setting. Remove this field."
             )

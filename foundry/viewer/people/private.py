@@ -89,4 +89,4 @@ def read(body: bytes, kind: type[T]) -> T:
     try:
         return msgspec.json.decode(body, type=kind)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"The data of the page cannot be read: {error}") from error
+        raise InputError(f"The data that the page sent cannot be read: {error}") from error

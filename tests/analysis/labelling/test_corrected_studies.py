@@ -137,7 +137,9 @@ def test_too_few_labels_and_runs_that_came_later_correct_nothing_and_the_notes_s
     for one in sample.drawn:
         folder.add("ana", Entry(item=one.item, label="yes"))
     grown = analysis.analyze([talk.path])
-    assert "4 runs are newer than the drawn texts" in next(note for note in grown.notes if "not corrected" in note)
+    assert "no texts to label were drawn from 4 newer runs" in next(
+        note for note in grown.notes if "not corrected" in note
+    )
     assert f"{SHARE}_uncorrected" not in grown.runs
 
 

@@ -374,7 +374,8 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
         [f"c {MORE} than every other model", f"{NOTHING} was found between b and a"], [LESS],
     ),
     "6 seeds are too few for three models": (
-        many(0.1, 0.4, 0.8, n=6), {}, ["no p can reach 0.05 with 6 seeds among 3 pairs"], [MORE, NOTHING, ALIKE],
+        many(0.1, 0.4, 0.8, n=6), {}, ["with 6 seeds, no p value can be as low as 0.05 after"
+        " correction for 3 pairs"], [MORE, NOTHING, ALIKE],
     ),
     "9 seeds are enough for five models": (
         many(0.1, 0.3, 0.5, 0.7, 0.9, n=9), {},

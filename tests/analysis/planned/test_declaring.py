@@ -81,8 +81,10 @@ def test_docstrings_and_comments_are_no_code(tmp_path, changed, is_same):
 
 def test_looks_that_no_p_can_pass_are_told():
     assert out_of_reach(plan("ab", looks=(8, 12))) == []
-    assert [line.split(" no p")[0] for line in out_of_reach(plan("abcd", looks=(8, 12)))] == ["at 8 seeds"]
-    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can reach 0.025"]
+    assert [line.split(" no p")[0] for line in out_of_reach(plan("abcd", looks=(8, 12)))] == ["with 8 seeds,"]
+    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == [
+        "with 6 seeds, no p value can be as low as 0.025"
+    ]
 
 
 def test_margins_within_which_nothing_can_be_the_same_are_told():

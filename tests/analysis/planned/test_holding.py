@@ -74,7 +74,7 @@ def test_a_plan_that_holds_says_so_with_its_margins_and_widest_differences(hold)
     [
         (runs_of("a"), {}, "1 of the 2 planned conditions are missing"),
         (runs_of("abc"), {}, "c was added later and is exploratory"),
-        (runs_of(seeds=range(14)), {}, "2 seeds are not in the plan and not tested"),
+        (runs_of(seeds=range(14)), {}, "2 seeds were run, but are not in the plan, so they are not tested"),
         (runs_of(seeds=range(8)), {}, "8 seeds are not a planned look (6, 9, 12): tested at 6"),
         (runs_of(seeds=range(5)), {}, "5 seeds are not a planned look (6, 9, 12): nothing is tested yet"),
         (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1; this is {__version__}"),

@@ -131,5 +131,8 @@ def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_i
 
 def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_seeds():
     found = rows(plan=replace(PLAN, reached=1))["note"].iloc[0]
-    assert found.startswith("no p can reach 0.05 with 6 seeds among 1 pair at this look; over all 14 seeds the ")
-    assert "no p can" not in rows(plan=replace(PLAN, reached=3))["note"].iloc[0]
+    assert found.startswith(
+        "with 6 seeds, no p value can be as low as 0.05 after correction for 1 pair at this look; "
+        "over all 14 seeds the "
+    )
+    assert "no p value can" not in rows(plan=replace(PLAN, reached=3))["note"].iloc[0]
