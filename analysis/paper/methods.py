@@ -60,7 +60,7 @@ def methods(basis: Basis) -> list[str]:
     digests = _digests(own)
     summaries = [member.summary for member in basis.members if member.summary is not None]
     content = {
-        "found": basis,
+        "basis": basis,
         "used": set(_used(basis)),
         "models": [f"{name} (digest {digest[-1][:12]})" if digest else name for name, digest in digests.items()],
         "worlds": counted_names(basis.members, "world"),

@@ -3,8 +3,8 @@
 function valueOf(row, index) {
   const text = row.cells[index].textContent.trim();
   const plain = text.replaceAll(",", "").replace("\u2212", "-");
-  const found = plain.match(/^<?(-?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s%\[])/i);
-  return { text, number: found ? Number(found[1]) : NaN, missing: text === "-" || text === "" };
+  const match = plain.match(/^<?(-?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s%\[])/i);
+  return { text, number: match ? Number(match[1]) : NaN, missing: text === "-" || text === "" };
 }
 
 function compare(a, b) {
@@ -19,7 +19,7 @@ function sortBy(table, head, index) {
     if (a.value.missing !== b.value.missing) return a.value.missing ? 1 : -1;
     return falling ? compare(b.value, a.value) : compare(a.value, b.value);
   });
-  table.tBodies[0].append(...rows.map((one) => one.row));
+  table.tBodies[0].append(...rows.map((pair) => pair.row));
   for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
   head.setAttribute("aria-sort", falling ? "descending" : "ascending");
 }
