@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from episodes import Kept, composed
+from episodes import PlayedEpisode, composed
 from foundry import seeding
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Asker, play
@@ -57,28 +57,28 @@ class Slow(Model):
 
 
 async def played(
-    model: Slow, cached: Kept, *, ahead: bool = True, stopping: Callable[[], bool] = lambda: False
+    model: Slow, episode: PlayedEpisode, *, ahead: bool = True, stopping: Callable[[], bool] = lambda: False
 ) -> None:
     config = WORLD.conditions[0].config
     asker = Asker.create(model, prompt_of(config), digest=None, seed=3)
-    await play(scenario_of(config).start(3), asker, cached, frame_every=6, ahead=ahead, stopping=stopping)
+    await play(scenario_of(config).start(3), asker, episode, frame_every=6, ahead=ahead, stopping=stopping)
 
 
-def content(cached: Kept) -> tuple[list[bytes], list[bytes], dict[int, bytes]]:
-    return cached.lines(), list(map(msgspec.json.encode, cached.calls)), cached.frames
+def content(episode: PlayedEpisode) -> tuple[list[bytes], list[bytes], dict[int, bytes]]:
+    return episode.lines(), list(map(msgspec.json.encode, episode.calls)), episode.frames
 
 
 @pytest.fixture(scope="module")
-def in_lock_step() -> Kept:
-    model, kept = Slow(), Kept()
+def in_lock_step() -> PlayedEpisode:
+    model, kept = Slow(), PlayedEpisode()
     asyncio.run(played(model, kept, ahead=False))
     assert model.most_apart == 0 and len(kept.calls) == CALLS and list(kept.frames) == [0, 6]
     return kept
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_records_calls_and_frames_are_those_of_lock_step(seed: int, in_lock_step: Kept):
-    model, kept = Slow(seed), Kept()
+def test_records_calls_and_frames_are_those_of_lock_step(seed: int, in_lock_step: PlayedEpisode):
+    model, kept = Slow(seed), PlayedEpisode()
     asyncio.run(played(model, kept))
     assert content(kept) == content(in_lock_step)
     assert model.most_apart >= 2, "somebody was asked steps ahead of another"
@@ -86,8 +86,8 @@ def test_records_calls_and_frames_are_those_of_lock_step(seed: int, in_lock_step
 
 
 @pytest.mark.parametrize("quick", [{"latency_s": 0.0}, {"cached": True}])
-def test_where_no_reply_takes_time_the_rounds_are_asked_whole(quick: dict[str, Any], in_lock_step: Kept):
-    model, kept = Slow(1, **quick), Kept()
+def test_where_no_reply_takes_time_the_rounds_are_asked_whole(quick: dict[str, Any], in_lock_step: PlayedEpisode):
+    model, kept = Slow(1, **quick), PlayedEpisode()
     asyncio.run(played(model, kept))
     assert model.most_apart == 0
     assert kept.lines() == in_lock_step.lines()
@@ -99,7 +99,7 @@ def test_where_no_reply_takes_time_the_rounds_are_asked_whole(quick: dict[str, A
 def test_a_call_that_fails_ends_the_run_at_the_round_and_with_the_error_of_lock_step(fails_at: list[QuestionKey]):
     found = []
     for ahead in (False, True):
-        model, kept = Slow(1, fails_at), Kept()
+        model, kept = Slow(1, fails_at), PlayedEpisode()
         with pytest.raises(RequestError) as raised:
             asyncio.run(played(model, kept, ahead=ahead))
         assert model.ended == len(model.begun), "no answer is thrown away"
@@ -108,8 +108,8 @@ def test_a_call_that_fails_ends_the_run_at_the_round_and_with_the_error_of_lock_
 
 
 @pytest.mark.parametrize("begun", [10, 50, 80])
-def test_stopping_sees_through_what_was_asked_and_leaves_whole_rounds(begun: int, in_lock_step: Kept):
-    model, kept = Slow(2), Kept()
+def test_stopping_sees_through_what_was_asked_and_leaves_whole_rounds(begun: int, in_lock_step: PlayedEpisode):
+    model, kept = Slow(2), PlayedEpisode()
     with pytest.raises(Interrupted):
         asyncio.run(played(model, kept, stopping=lambda: len(model.begun) >= begun))
     assert model.ended == len(model.begun) < CALLS
@@ -121,7 +121,7 @@ def test_stopping_sees_through_what_was_asked_and_leaves_whole_rounds(begun: int
 def test_a_run_that_is_cancelled_leaves_no_call_behind():
     async def cancelled() -> None:
         model = Slow(1)
-        run = asyncio.create_task(played(model, Kept()))
+        run = asyncio.create_task(played(model, PlayedEpisode()))
         while len(model.begun) < 40:
             await asyncio.sleep(0)
         run.cancel()

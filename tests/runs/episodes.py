@@ -21,7 +21,7 @@ from made_up_runs import summary
 
 
 @dataclass
-class Kept:
+class PlayedEpisode:
     records: list[Record] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
     frames: dict[int, bytes] = field(default_factory=dict)
@@ -71,27 +71,27 @@ def _composed(world: str, policy: str, overrides: tuple[str, ...]) -> Composed:
     return found
 
 
-async def play_through(composed: Composed, seed: int, cached: Kept, *, frame_every: int = 0) -> None:
+async def play_through(composed: Composed, seed: int, episode: PlayedEpisode, *, frame_every: int = 0) -> None:
     config = composed.conditions[0].config
     asker = Asker.create(build(config["model"]), prompt_of(config), digest=None, seed=seed)
-    await play(scenario_of(config).start(seed), asker, cached, frame_every=frame_every)
+    await play(scenario_of(config).start(seed), asker, episode, frame_every=frame_every)
 
 
-def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> Kept:
-    cached = Kept()
+def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> PlayedEpisode:
+    recording = PlayedEpisode()
     overrides = [] if steps is None else [f"world.steps={steps}"]
-    asyncio.run(play_through(composed(world, policy, *overrides), seed, cached))
-    return cached
+    asyncio.run(play_through(composed(world, policy, *overrides), seed, recording))
+    return recording
 
 
 async def recorded(path: Path, compositions: Sequence[Composed]) -> SweepFolder:
     sweep = SweepFolder.create(path, declare(expand([], [composed.conditions[0] for composed in compositions])), {}, [])
     for run, composed in zip(sweep.runs(), compositions, strict=True):
         writer = RunWriter(run, msgspec.json.encode(run.config()).decode())
-        cached = Kept()
-        await play_through(composed, run.config()["seed"], cached)
-        writer.append(cached.records)
-        writer.append_calls(cached.calls)
+        recording = PlayedEpisode()
+        await play_through(composed, run.config()["seed"], recording)
+        writer.append(recording.records)
+        writer.append_calls(recording.calls)
         writer.close()
         write_run_summary(run, summary(run, writer.counts, None))
     return sweep

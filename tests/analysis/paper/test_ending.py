@@ -23,7 +23,7 @@ MEASURES = ("idle_rate.chosen", "communication.rate", "stability.persistence", "
 NOTES = ("a note " * 30, "another note " * 30, "a last one")
 
 
-def told_of(values: dict[str, dict[str, list[float]]], **told) -> EndingContent:
+def told_of(values: dict[str, dict[str, list[float]]], **fields) -> EndingContent:
     made = table(
         [
             {"model": model, "seed": seed, **{name: own[seed] for name, own in by_measure.items()}}
@@ -40,7 +40,7 @@ def told_of(values: dict[str, dict[str, list[float]]], **told) -> EndingContent:
         sides=Sides.of(rows, compared, {}),
         means=means_of(compared, family),
         again=lambda measures, pairs: f"foundry preregister {pairs} {' '.join(measures)}",
-        **{**usual, **told},
+        **{**usual, **fields},
     )
 
 
@@ -64,9 +64,9 @@ def many(models: int, seeds: int = 8) -> dict[str, dict[str, list[float]]]:
 
 @pytest.mark.parametrize(("models", "seeds"), [(1, 8), (2, 12), (3, 2), (7, 2), (7, 12)])
 def test_an_ending_has_at_most_twenty_lines_and_fits_the_terminal(models: int, seeds: int):
-    repeats = told_of(many(models, seeds), notes=NOTES[2:], study="served models x seeds, world cafe_library")
+    content = told_of(many(models, seeds), notes=NOTES[2:], study="served models x seeds, world cafe_library")
     for width in (80, 120):
-        lines = ending(repeats, width, printed=1)
+        lines = ending(content, width, printed=1)
         assert len(lines) + 1 <= MOST_LINES
         texts = [line for line in lines if "out/analysis" not in line and "out   " not in line]
         assert max(map(text_width, texts)) <= min(width, WIDEST)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-from episodes import ROOM, SMALL_PICTURES, Kept, composed, episode, play_through
+from episodes import ROOM, SMALL_PICTURES, PlayedEpisode, composed, episode, play_through
 from foundry import seeding
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError
@@ -159,7 +159,7 @@ def test_a_target_that_every_start_is_near_is_refused():
 
 @pytest.mark.slow
 def test_overviews_are_drawn_from_the_records_of_the_episode():
-    frames = Kept()
+    frames = PlayedEpisode()
     asyncio.run(
         play_through(
             composed("usd", "spin", f"scene={ROOM}", "world.steps=1", *SMALL_PICTURES), 0, frames, frame_every=1

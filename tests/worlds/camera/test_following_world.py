@@ -15,7 +15,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from episodes import Kept, composed
+from episodes import PlayedEpisode, composed
 from foundry.episode import Asker, play
 from foundry.errors import InputError
 from foundry.models.base import Model
@@ -117,8 +117,8 @@ def test_who_does_to_the_letter_what_the_fine_grain_says_arrives_without_looking
     assert isinstance(last, CameraStep) and last.success and world.finished
 
 
-def played(world: FollowScenario, policy: Model, prompt: str, seed: int) -> Kept:
-    kept = Kept()
+def played(world: FollowScenario, policy: Model, prompt: str, seed: int) -> PlayedEpisode:
+    kept = PlayedEpisode()
     asked = Prompt(prompt, yaml.safe_load((conf_dir() / f"prompt/{prompt}.yaml").read_text("utf-8"))["templates"])
     asker = Asker.create(policy, asked, digest=None, seed=seed)
     asyncio.run(play(world.start(seed), asker, kept, frame_every=0))

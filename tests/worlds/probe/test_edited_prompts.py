@@ -37,7 +37,7 @@ PLAYED = {
 """Small worlds in which names and numbers are told that stand nowhere else in a prompt."""
 
 
-class Told(NamedTuple):
+class EditedPrompt(NamedTuple):
     """A question whose text an edit changed, before and after."""
 
     question: Question
@@ -68,7 +68,7 @@ def asked_in(world: str, *overrides: str) -> tuple[Scenario, Any, list[Question]
     return scenario, prompt_of(config), list(play(scenario.start(3), talking, most=1000).questions)
 
 
-def edited(edit: str, world: str, *overrides: str) -> list[Told]:
+def edited(edit: str, world: str, *overrides: str) -> list[EditedPrompt]:
     scenario, prompt, asked = asked_in(world, *overrides)
     changing = find_edit(edit, scenario)
 
@@ -79,9 +79,11 @@ def edited(edit: str, world: str, *overrides: str) -> list[Told]:
         (question, changing.applied(question, [other for other in asked if other is not question]))
         for question in asked
     ]
-    repeatses = [Told(question, other, text(question), text(other)) for question, other in changed if other is not None]
-    assert repeatses, f"{edit} changes nothing in {world}"
-    return repeatses
+    prompts = [
+        EditedPrompt(question, other, text(question), text(other)) for question, other in changed if other is not None
+    ]
+    assert prompts, f"{edit} changes nothing in {world}"
+    return prompts
 
 
 @pytest.mark.parametrize("world", PLAYED)
@@ -90,30 +92,36 @@ def test_what_is_taken_away_was_told_and_is_told_no_more(world: str):
     scenario, _, asked = asked_in(world)
     for edit in edits_of(scenario.form):
         if edit.leaves == "cause" and any(edit.applied(question, asked) is not None for question in asked):
-            assert all(repeats.before != repeats.after for repeats in edited(edit.name, world)), edit.name
+            assert all(edited_prompt.before != edited_prompt.after for edited_prompt in edited(edit.name, world)), (
+                edit.name
+            )
 
 
 @pytest.mark.parametrize("language", ["", "_japanese"])
 @pytest.mark.parametrize("world", ["bar", "naming"])
 def test_all_points_in_a_prompt_are_ten_times_as_many(world: str, language: str):
-    for repeats in edited("scale_payoffs", world, f"prompt={world}{language}"):
-        assert repeats.after == re.sub(r"\d{4,}", lambda found: f"{found[0]}0", repeats.before)
+    for edited_prompt in edited("scale_payoffs", world, f"prompt={world}{language}"):
+        assert edited_prompt.after == re.sub(r"\d{4,}", lambda found: f"{found[0]}0", edited_prompt.before)
 
 
 @pytest.mark.parametrize("prompt", ["paper", "japanese"])
 def test_places_have_their_new_names_wherever_they_are_told(prompt: str):
-    repeatses = edited("rename_places", "cafe_library", f"prompt={prompt}")
-    for repeats in repeatses:
-        assert repeats.after == repeats.before.replace("Zum Anker", "Place 1").replace("Lesesaal", "Place 2")
-    assert max(repeats.before.count("Lesesaal") for repeats in repeatses) > 3, (
+    prompts = edited("rename_places", "cafe_library", f"prompt={prompt}")
+    for edited_prompt in prompts:
+        assert edited_prompt.after == edited_prompt.before.replace("Zum Anker", "Place 1").replace(
+            "Lesesaal", "Place 2"
+        )
+    assert max(edited_prompt.before.count("Lesesaal") for edited_prompt in prompts) > 3, (
         "where it is, who is in it, what there is"
     )
 
 
 @pytest.mark.parametrize("world", ["cafe_library", "survival", "evacuation"])
 def test_agents_of_a_grid_have_their_new_numbers_wherever_they_are_told(world: str):
-    for repeats in edited("rename_agents", world):
-        assert repeats.after == re.sub(r"Agent (\d+)", lambda found: f"Agent {int(found[1]) + 100}", repeats.before)
+    for edited_prompt in edited("rename_agents", world):
+        assert edited_prompt.after == re.sub(
+            r"Agent (\d+)", lambda found: f"Agent {int(found[1]) + 100}", edited_prompt.before
+        )
 
 
 def facts(text: str, agents: int | None = None) -> list[str]:
@@ -126,8 +134,8 @@ def facts(text: str, agents: int | None = None) -> list[str]:
 @pytest.mark.parametrize("world", ["fishery", "public_goods_punishment"])
 def test_the_same_is_told_of_the_same_agents_of_a_game_under_their_new_numbers(world: str):
     agents = asked_in(world)[0].agents
-    for repeats in edited("rename_agents", world):
-        assert facts(repeats.after, agents) == facts(repeats.before)
+    for edited_prompt in edited("rename_agents", world):
+        assert facts(edited_prompt.after, agents) == facts(edited_prompt.before)
 
 
 @pytest.mark.parametrize(
@@ -146,17 +154,17 @@ def test_the_same_is_told_of_the_same_agents_of_a_game_under_their_new_numbers(w
 )
 def test_nothing_is_left_of_what_is_taken_away(edit: str, world: str, gone: str):
     """Neither in what the shipped prompt tells nor in what one's own could."""
-    for repeats in edited(edit, world):
-        pattern = gone.replace("{agent}", str(repeats.question.agent))
-        assert re.search(pattern, f"{repeats.before}\n{repeats.question.observation}")
-        assert not re.search(pattern, f"{repeats.after}\n{repeats.changed.observation}")
+    for edited_prompt in edited(edit, world):
+        pattern = gone.replace("{agent}", str(edited_prompt.question.agent))
+        assert re.search(pattern, f"{edited_prompt.before}\n{edited_prompt.question.observation}")
+        assert not re.search(pattern, f"{edited_prompt.after}\n{edited_prompt.changed.observation}")
 
 
 @pytest.mark.parametrize("world", ["bar", "naming", "public_goods_punishment", "fishery", "cliff_walking"])
 def test_whoever_knows_of_nothing_before_knows_what_it_knew_at_first(world: str):
     scenario, _, asked = asked_in(world)
     forgetting, passing = find_edit("no_history", scenario), {"step", "names", "stock", "tokens", "given", "state"}
-    for repeats in edited("no_history", world):
-        first = next(question for question in asked if question.asked[1:] == repeats.question.asked[1:])
-        known, known_first = repeats.changed.observation, (forgetting.applied(first) or first).observation
+    for edited_prompt in edited("no_history", world):
+        first = next(question for question in asked if question.asked[1:] == edited_prompt.question.asked[1:])
+        known, known_first = edited_prompt.changed.observation, (forgetting.applied(first) or first).observation
         assert {key for key in known if known[key] != known_first[key]} <= passing
