@@ -91,7 +91,10 @@ def _opened(bundle: Path) -> Iterator[_Members]:
         ):
             yield _Members(stream)
     except zstandard.ZstdError as error:
-        raise InputError(f"'{bundle}' is refused: it cannot be decompressed ({error}).") from error
+        raise InputError(
+            f"'{bundle}' is refused: it cannot be decompressed ({error}). "
+            "Name the .tar.zst file that 'foundry bundle' wrote."
+        ) from error
 
 
 def _unpack(members: _Members, folder: Path, limit: int) -> Manifest:

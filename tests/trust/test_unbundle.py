@@ -137,6 +137,13 @@ def test_a_bundle_that_is_not_what_it_says_is_refused(content: bytes, expected: 
     assert expected in refused(tmp_path, content)
 
 
+def test_a_file_of_another_kind_is_refused_with_the_kind_that_a_bundle_has(tmp_path: Path):
+    (tmp_path / "bundle.zip").write_bytes(b"PK\3\4" + b"x" * 1000)
+    with pytest.raises(InputError, match=r"bundle\.zip' is refused.*\.tar\.zst"):
+        unpack_bundle(tmp_path / "bundle.zip", tmp_path / "target")
+    assert not (tmp_path / "target").exists()
+
+
 def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path: Path):
     bomb = manifest([], files=[{"path": "a", "size": 1 << 40, "sha256": "0" * 64}])
     assert "1024.00 GiB" in refused(tmp_path, archive(bomb, []))
