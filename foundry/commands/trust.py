@@ -23,6 +23,7 @@ from foundry.commands.options import (
 )
 from foundry.commands.printing import console, for_screen, is_verbose, only_json, print_json, say_notes, with_bar
 from foundry.storing.store import find_run, runs_at
+from foundry.texts import counted
 
 if TYPE_CHECKING:
     from foundry.trust.comparing import Drift
@@ -81,7 +82,7 @@ def _say_verified(results: Sequence[VerifiedRun], counts: Mapping[Verdict, int])
             )
     verdicts = [f"{count} {verdict}" for verdict, count in counts.items() if count]
     lines, calls = sum(result.lines for result in results), sum(result.calls for result in results)
-    print(f"{len(results)} runs: {', '.join(verdicts)}; {lines:,} lines and {calls:,} questions compared")
+    print(f"{counted(len(results), 'run')}: {', '.join(verdicts)}; {lines:,} lines and {calls:,} questions compared")
 
 
 _ROWS = 20
@@ -163,7 +164,8 @@ def bundle(
 
     manifest = write_bundle(folder, out, notes=notes)
     size = sum(file.size for file in manifest.files)
-    print(f"{manifest.runs} runs, {len(manifest.files)} files, {size:,} bytes, {out.stat().st_size:,} packed: {out}")
+    packed = f"{counted(manifest.runs, 'run')}, {counted(len(manifest.files), 'file')}"
+    print(f"{packed}, {size:,} bytes, {out.stat().st_size:,} packed: {out}")
     say_notes([folder], taken=notes)
 
 
@@ -182,7 +184,8 @@ def unbundle(
 
     target = folder or Path(file.name.removesuffix(".zst").removesuffix(".tar"))
     manifest = unpack_bundle(file, target, limit=int(limit * GIB))
-    print(f"{manifest.runs} runs, {len(manifest.files)} files in {target}; check them with: foundry verify {target}")
+    unpacked = f"{counted(manifest.runs, 'run')}, {counted(len(manifest.files), 'file')}"
+    print(f"{unpacked} in {target}; check them with: foundry verify {target}")
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)

@@ -154,8 +154,8 @@ def test_a_3d_run_that_another_renderer_drew_is_told_from_one_that_was_changed(
     same = verified(0)
     assert "1 identical" in same and "was drawn by another " in same and " draws the same pixels" in same
     close = verified(1)
-    assert "1 runs: 1 drawn by another renderer" in close and "the first picture shows the same content" in close
-    assert "1 runs: 1 differs" in verified(4), "the picture is beyond the tolerance"
+    assert "1 run: 1 drawn by another renderer" in close and "the first picture shows the same content" in close
+    assert "1 run: 1 differs" in verified(4), "the picture is beyond the tolerance"
     shutil.rmtree(run.path / "images")
     assert "no picture was recorded, so nobody can tell whether the content is the same" in verified(4)
     edited(run.path / "steps.jsonl", '"visible_px":{', '"visible_px":{"ghost":1,')
@@ -193,11 +193,11 @@ def test_a_run_that_other_readers_recorded_is_told_from_one_that_was_changed(pat
     done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
     assert done.returncode == 3, done.stderr
     assert said in done.stdout and "outcome: recorded 'unreadable', now 'chosen'" in done.stdout
-    assert "1 runs: 1 recorded with other readers" in done.stdout and "differs" not in done.stdout
+    assert "1 run: 1 recorded with other readers" in done.stdout and "differs" not in done.stdout
     with (run.path / "messages.jsonl").open("ab") as file:
         file.write(b"\n")
     done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
-    assert "1 runs: 1 differs" in done.stdout, done.stdout
+    assert "1 run: 1 differs" in done.stdout, done.stdout
 
 
 def test_a_run_of_older_readers_that_is_read_as_it_was_is_identical(copied: Path):
