@@ -43,8 +43,8 @@ def verify(
 ) -> None:
     """Play recorded runs again from their recorded answers, and compare every byte.
 
-    Needs no server. The exit code is 3 if a record differs, if it needs another version of foundry or another renderer,
-    or if a model's weights differ between runs.
+    Needs no server. The exit code is 3 if a record differs, or needs another version of foundry or another renderer.
+    The exit code is also 3 if a bundled run is missing, or if a model's weights differ between runs.
     """
     import joblib
 
@@ -66,7 +66,8 @@ def verify(
         _say_verified(results, counts)
         for line in apart:
             print(for_screen(line))
-    if apart or any(counts[verdict] for verdict in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
+    failed = (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE, Verdict.MISSING)
+    if apart or any(counts[verdict] for verdict in failed):
         raise typer.Exit(EXIT_FAILED)
 
 

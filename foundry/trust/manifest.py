@@ -3,12 +3,13 @@
 import re
 import unicodedata
 from collections.abc import Iterable
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import msgspec
 
 from foundry.errors import InputError
+from foundry.storing.plain import is_there, plain
 
 NAME = "manifest.json"
 FORMAT = "foundry-bundle-1"
@@ -63,6 +64,15 @@ def read_manifest(content: bytes) -> Manifest:
             raise InputError(f"The bundle is refused: size or digest of {file.path!r} is invalid.")
     check_names(file.path for file in manifest.files)
     return manifest
+
+
+def bundled_runs(folder: Path) -> frozenset[str]:
+    """Return the ids of the runs that had ended when this folder was bundled; none if it comes from no bundle."""
+    file = plain(folder / NAME)
+    if not is_there(file):
+        return frozenset()
+    paths = [PurePosixPath(bundled.path).parts for bundled in read_manifest(file.read_bytes()).files]
+    return frozenset(path[1] for path in paths if path[0] == "runs" and path[2:] == ("run.json",))
 
 
 def check_names(names: Iterable[str]) -> None:

@@ -32,6 +32,7 @@ from foundry.storing.plain import check_folder
 from foundry.storing.run_files import sha256_of
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, stored_picture
 from foundry.texts import counted
+from foundry.trust.manifest import NAME, bundled_runs
 from foundry.trust.summaries import (
     COMPLETE,
     Renderers,
@@ -58,6 +59,7 @@ class Verdict(StrEnum):
     DIFFERS = "differs"
     READ_OTHERWISE = "recorded with other readers"
     DRAWN_OTHERWISE = "drawn by another renderer"
+    MISSING = "missing"
     NOT_ENDED = "not ended"
     NOT_STARTED = "not started"
 
@@ -156,6 +158,19 @@ def verify(
     folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False
 ) -> Iterator[VerifiedRun]:
     """Yield the result for each run, as soon as it is known; `frames` says whether to draw stored frames again."""
+    bundled = bundled_runs(folder.path)
+    for verified in _in_workers(folder, runs, workers, frames):
+        yield _unless_missing(verified) if verified.run in bundled else verified
+
+
+def _unless_missing(verified: VerifiedRun) -> VerifiedRun:
+    if verified.verdict not in (Verdict.NOT_STARTED, Verdict.NOT_ENDED):
+        return verified
+    note = f"is missing: {NAME} says that it has ended, but its run.json is not in the folder"
+    return replace(verified, verdict=Verdict.MISSING, note=note)
+
+
+def _in_workers(folder: SweepFolder, runs: Sequence[RunFolder], workers: int, frames: bool) -> Iterator[VerifiedRun]:
     if workers == 1:
         yield from _verify_all(runs, frames)
         return

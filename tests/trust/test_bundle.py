@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import zstandard
 
-from commands import records, refusal, statuses, succeeds
+from commands import foundry, records, refusal, statuses, succeeds
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
@@ -57,6 +57,12 @@ def test_runs_of_a_bundle_have_the_same_records_and_verify(grid_sweep: Path, bun
     assert records(tmp_path / "anew") == records(grid_sweep)
     assert [run.summary() for run in runs(tmp_path / "anew")] == [run.summary() for run in runs(grid_sweep)]
     assert "4 identical" in succeeds("verify", "anew", "--workers", "1", cwd=tmp_path).stdout
+    gone, cut, *_ = runs(tmp_path / "anew")
+    shutil.rmtree(gone.path)
+    (cut.path / "run.json").unlink()
+    verified = foundry("verify", "anew", "--workers", "1", cwd=tmp_path)
+    assert verified.returncode == 3 and "2 identical, 2 missing" in verified.stdout
+    assert f"{gone.id} is missing: manifest.json says that it has ended" in verified.stdout
 
 
 def test_a_bundle_does_not_repeat_what_the_command_line_said_of_the_machine(copied: Path, tmp_path: Path):
