@@ -74,6 +74,12 @@ class Finding:
         return min(self.rows, key=lambda row: abs(row["difference"]))
 
     @property
+    def note(self) -> str:
+        """The note of that row; if there are several rows and the note states a difference, it names the two levels."""
+        note = str(self.closest["note"])
+        return note if len(self.rows) == 1 else _of_pair(note, self.closest)
+
+    @property
     def excludes_zero(self) -> bool:
         """True if the interval of the smallest difference excludes 0."""
         return bool(self.closest["low"] > 0 or self.closest["high"] < 0)

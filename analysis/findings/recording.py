@@ -142,7 +142,7 @@ def _record(finding: Finding, sentence: str, sides: Sides, examples: Examples, *
         claim=str(row["claim"]),
         standing=STANDS if finding.stands and trusted else DESCRIBES,
         seeds=finding.seeds,
-        note=str(row["note"]),
+        note=finding.note,
         moments=moments,
         no_moments=why,
     )

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.findings.ranking import findings
 from analysis.paper.summary import MOST, summary
 from analysis.signatures import describe, discover
 from analysis.stats.contrasts import COLUMNS, contrasts
@@ -276,6 +277,7 @@ def test_a_model_that_the_plan_does_not_name_is_no_part_of_every_other_model():
         "0.7; b - c: over all 9 seeds the difference is -0.5."
     )
     assert said(*declared)[0].startswith("c warns its neighbours more than every other model: ")
+    assert findings(declared)[0].note == "b - c: over all 9 seeds the difference is -0.5"
 
 
 def test_sentences_hold_for_tables_that_are_made_from_runs():
