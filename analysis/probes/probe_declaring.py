@@ -189,5 +189,5 @@ def _differences(plan: Preregistration, folder: SweepFolder) -> Iterator[str]:
     if complete < len(plan.runs):
         yield f"{len(plan.runs) - complete} of {len(plan.runs)} runs are incomplete"
     if further := runs.keys() - plan.runs.keys():
-        yield f"the tests include {len(further)} runs that are not in the plan"
+        yield f"the tests include {counted(len(further), 'run')} outside the plan"
     yield from other_versions(plan, folder)

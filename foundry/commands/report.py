@@ -164,7 +164,7 @@ def export(
     written = write(what.value, sweep, out, scores_of(sweep, family))
     for note in written.notes:
         print(for_screen(note))
-    say(for_screen(f"{len(written.files)} files with {written.runs} runs in {written.path}"))
+    say(for_screen(f"{counted(len(written.files), 'file')} with {counted(written.runs, 'run')} in {written.path}"))
 
 
 def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:

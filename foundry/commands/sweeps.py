@@ -414,7 +414,8 @@ def _fetched(url: str, folder: Path) -> bool:
     fetched = fetch(url, folder)
     runs = fetched.folder.runs()
     ended = sum(run.ended for run in runs)
-    print(f"{len(fetched.runs)} runs fetched; {ended} of {len(runs)} runs in {fetched.folder.path} have ended")
+    fetched_runs, all_runs = counted(len(fetched.runs), "run"), counted(len(runs), "run")
+    print(f"{fetched_runs} fetched; {ended} of {all_runs} in {fetched.folder.path} have ended")
     if fetched.damaged:
         print(f"  damaged at {url}, so not fetched: {', '.join(fetched.damaged)}")
     return not fetched.damaged

@@ -15,6 +15,7 @@ from foundry.commands.options import Browser, Host, Mine, Noted, Port, Trusted, 
 from foundry.commands.printing import say_notes
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, sweeps_in
+from foundry.texts import counted
 
 if TYPE_CHECKING:
     import threading
@@ -142,7 +143,8 @@ def _export(root: Path, out: Path, trusted: Sequence[str], *, notes: bool) -> No
     from foundry.viewer.export import export
 
     exported = export(root, out, trusted, notes=notes, is_warning=_is_warning)
-    print(f"{exported.runs} runs in {exported.files} files, {exported.size / 1e6:,.1f} MB: open {exported.page}")
+    size = f"{counted(exported.runs, 'run')} in {counted(exported.files, 'file')}, {exported.size / 1e6:,.1f} MB"
+    print(f"{size}: open {exported.page}")
     say_notes(sweeps_in(root), taken=notes)
 
 

@@ -10,7 +10,7 @@ from foundry.canary import listed
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Condition, Sweep, SweepCommand, expand, identity, leaves, settings_key
 from foundry.storing.run_files import PROBE
-from foundry.texts import visible
+from foundry.texts import counted, visible
 
 _NAMED = ("world", "model", "prompt")
 _SWEPT = (*_NAMED, "sampling_seed")
@@ -48,7 +48,7 @@ class Growth:
         """Return the lines that the user sees before the added runs begin; `name` is the name of the sweep's folder."""
         if not self.new:
             return []
-        return [f"{name} has {len(self.there.runs)} runs; {len(self.new)} runs are added"]
+        return [f"{name} has {counted(len(self.there.runs), 'run')}; the command adds {counted(len(self.new), 'run')}"]
 
 
 def growth(there: Sweep, asked: Sweep) -> Growth:

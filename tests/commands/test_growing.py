@@ -78,7 +78,7 @@ def test_plan_shows_what_is_old_and_what_is_new(workspace: Path, capsys: pytest.
     assert [(row[0], row[3], " ".join(row[-2:])) for row in rows] == [
         ("scripted/random", "2", "1 new"), ("scripted/avoid", "1-2", "2 new"), ("scripted/random", "1", "1 complete"),
     ]  # fmt: skip
-    assert "s has 2 runs; 3 runs are added" in out
+    assert "s has 2 runs; the command adds 3 runs" in out
     assert run(["plan", "-m", TWO, "seed=1-2", *TINY]) == 0
     assert " new" not in capsys.readouterr().out
     assert seeds("s") == {"scripted/random": (0, 1)}

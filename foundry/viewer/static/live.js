@@ -103,7 +103,7 @@
       const total = load.counts.failed || 0, text = JSON.stringify([total, load.failures]), more = load.causes - load.failures.length;
       if (text === this.failed) return;
       this.failed = text;
-      if (total) announce(`${total} runs failed.`);
+      if (total) announce(total === 1 ? "1 run failed." : `${total} runs failed.`);
       fill(this.failures, total ? [h("h2", {}, `Failed runs (${number(total)})`), h("p", {}, "Play them again with ", h("code", {class: "again"}, load.again)),
         h("ul", {}, load.failures.map((cause) => h("li", {}, h("b", {}, `${number(cause.count)} × ${cause.error_type || "Error"}: `), h("bdi", {}, cause.error || ""), " ",
           cause.runs.map((run) => [h("a", {href: `#/run/${this.sweep}/${run}`}, run), " "]), cause.count > cause.runs.length ? "…" : null))), more ? h("p", {class: "note"}, `and ${number(more)} further causes`) : null] : null);
