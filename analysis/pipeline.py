@@ -298,7 +298,10 @@ def _analysis_of(
             *others,
             *doubtful_weights(member.summary.canaries for member in played if member.summary is not None),
             *notes_of(table, compared, differences, forms_by_group, labellings),
-            *(f"{said}: differences of that size may come from the server" for said in repeating.values()),
+            *(
+                f"{said}; differences as small as the share of its other calls may come from the server"
+                for said in repeating.values()
+            ),
             *unlike_published(validation),
             *out_of_reach(differences),
         ),

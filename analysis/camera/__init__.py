@@ -19,7 +19,7 @@ def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
         return []
     return [
         f"{missing} of {missing + labelled} replies have no label because the rule covers only English and "
-        "Japanese; measures of recognition leave them out"
+        "Japanese; measures of recognition leave these replies out"
     ]
 
 

@@ -153,9 +153,7 @@ def correction_of(sweep: SweepFolder, label: Label) -> Corrected:
     known = {run for runs in labels.sample.runs for run in runs}
     more = f"foundry play {sweep.path} --label {label.name}"
     if missing := [run for run in complete_runs(sweep) if run.id not in known]:
-        return Corrected(
-            why=f"no texts to label were drawn from {len(missing)} newer runs: {more} also draws from these runs"
-        )
+        return Corrected(why=f"no texts to label were drawn from {len(missing)} newer runs; to draw some, use {more}")
     return corrected_by(
         labels, label, {run.id: str(run.recorded_config()["model"]["name"]) for run in sweep.runs()}, more
     )

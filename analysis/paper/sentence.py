@@ -249,7 +249,7 @@ def _missing(row: Row) -> str:
         return ""
     if math.isnan(row["bound_low"]):
         return "the values of the measure have no limits, so missing seeds could change the difference by any amount"
-    whole = f"with the missing seeds the difference could be from {number(row['bound_low'])} to "
+    whole = f"if the missing seeds had values, the difference could be from {number(row['bound_low'])} to "
     turned = kind_of(row) == DIFFERENT and row["bound_low"] <= 0 <= row["bound_high"]
     return whole + number(row["bound_high"]) + (", so they could reverse the result" if turned else "")
 
@@ -257,7 +257,7 @@ def _missing(row: Row) -> str:
 def _not_the_same(row: Row) -> str:
     """Return, in words, in how many seeds the difference is within the margin, and how equality could be shown."""
     n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
-    share = f"up to {100 * most_beyond(within, n):.0f} % of all seeds could differ by more (95 %)"
+    share = f"with 95 % confidence, up to {100 * most_beyond(within, n):.0f} % of all possible seeds differ by more"
     cases = f"all {n}" if within == n else f"{within} of {n}"
     fewest = fewest_for_same(row["margin"], row["widest"])
     if math.isnan(fewest):

@@ -141,7 +141,7 @@ def never_the_same(plan: Preregistration) -> list[str]:
         return lines
     return [
         *lines,
-        f"Only a difference can answer {joined(names)}; if none is found, all {len(plan.seeds)} seeds are run. "
+        f"For {joined(names)}, only a difference ends the sweep early; else all {len(plan.seeds)} seeds are run. "
         f"Add --margin {names[0]}=SIZE, the difference below which conditions count as the same.",
     ]
 

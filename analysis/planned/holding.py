@@ -74,7 +74,7 @@ def plans_of(
         if late:
             notes.append(late)
         elif first is not None and preregistration_of(sweep.path):
-            notes.append(f"{file} is not used here: analyse its sweep alone")
+            notes.append(f"{file} is not used for several sweeps: to use it, analyse its sweep alone")
         elif first is None:
             first = plan_check(sweep, table, groups, asked=asked)
     return first, notes
@@ -105,7 +105,7 @@ def _late(sweep: SweepFolder, declared: Preregistration, sha256: str) -> str:
     ends = (run.summary() for run in sweep.runs() if run.id in declared.runs)
     started = min((end.started for end in ends if end is not None and end.started), default="")
     if started and datetime.fromisoformat(started) < datetime.fromisoformat(declared.made):
-        return f"it was made at {declared.made}, after the first run of {started}"
+        return f"the plan was made at {declared.made}, after the first run had started at {started}"
     return ""
 
 
@@ -204,8 +204,10 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
         yield f"{len(further)} seeds were run, but are not in the plan, so they are not tested"
     known = len(seeds) - len(further)
     if known and known not in plan.looks:
-        tested = f"tested at {plan.looks[plan.reached - 1]}" if plan.reached else "nothing is tested yet"
-        yield f"{known} seeds are not a planned look ({', '.join(map(str, plan.looks))}): {tested}"
+        tested = (
+            f"the tests were made at {plan.looks[plan.reached - 1]} seeds" if plan.reached else "nothing is tested yet"
+        )
+        yield f"there are {known} seeds, but looks are planned at {', '.join(map(str, plan.looks))}: {tested}"
 
 
 def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:

@@ -75,7 +75,7 @@ def error_after_looks(sizes: Sequence[int]) -> str:
         return ""
     ordinal = f"{_ORDINALS[len(sizes)]} undeclared look" if len(sizes) < len(_ORDINALS) else ""
     which = ordinal or f"undeclared look {len(sizes)}"
-    return f"{which}: tests at {ALPHA:.0%} err in {error_of(tuple(sizes), ALPHA):.0%} of cases"
+    return f"{which}: tests at {ALPHA:.0%} wrongly find a difference in {error_of(tuple(sizes), ALPHA):.0%} of cases"
 
 
 def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:

@@ -54,9 +54,9 @@ class Reach:
         pairs = f"{counted(self.pairs, 'pair')} of {self.factor}s need" + "s" * (self.pairs == 1)
         needed = f"{pairs} at least {self.fewest} seeds"
         if not self.is_enough:
-            return f"{needed}: with {self.seeds} no difference can be claimed"
+            return f"{needed}: with {self.seeds} seeds, no difference can be claimed"
         return (
-            f"{needed}; with {self.seeds} a difference of {self.effect:.1f} standard deviations is found with a "
+            f"{needed}; with {self.seeds} seeds, a difference of {self.effect:.1f} standard deviations is found with a "
             f"chance of {CHANCE:.0%}"
         )
 

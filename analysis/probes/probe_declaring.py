@@ -110,8 +110,8 @@ class Family:
         rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
         names = ", ".join([*sorted(self.models), *sorted(self.edits)])
         return [
-            f"family {names}: p is corrected over {rows} of both tables, all others are exploratory; in tables of "
-            "choices p is corrected over the rows of this family"
+            f"family {names}: p is corrected over {rows} in the tables of agreement and edits; rows outside the "
+            "family are exploratory; in tables of choices, p is corrected over the rows of the family"
         ]
 
 
@@ -145,7 +145,7 @@ def declared_probe(
     counts = {"pairs of models": sum(map(family.holds, pairs)), "edits": sum(map(family.holds, changes))}
     tests = {what: count for what, count in counts.items() if count}
     if not tests:
-        raise InputError(f"The probe compares {', '.join(names)} with nothing: use two models, or an edit.")
+        raise InputError(f"The probe has nothing to compare with {', '.join(names)}: use two models, or an edit.")
     seeds = list(dict.fromkeys(seed for condition in conditions for seed in condition.runs.values()))
     return Preregistration(
         made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),

@@ -272,7 +272,7 @@ def _notes(answers: Answers) -> Sequence[str]:
         error = max(choices.error for choices in answers.told.values())
         notes.append(
             f"{len(answers.told):,} of {asked:,} sets of choices come from the probabilities of one reply, with an "
-            f"error of at most {error:.2f}, and {asked - len(answers.told):,} from repeats"
+            f"error of at most {error:.2f}, and {asked - len(answers.told):,} from repeated calls"
         )
     if chosen and max(counts.total() for counts in chosen) == 1:
         notes.append("repeats=1: differences cannot be tested; use repeats=10")

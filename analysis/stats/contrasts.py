@@ -205,7 +205,7 @@ def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked:
     beyond = np.where(are_within(beyond[:, None], widest)[:, 0], np.nan, beyond)
     return {
         "beyond": [
-            f"a seed differs by {number(size)}, more than the declared {number(most)}, so equality cannot be claimed"
+            f"one seed differs by {number(size)}, more than --widest {number(most)}: equality cannot be claimed"
             if size > most
             else ""
             for size, most in zip(beyond, widest, strict=True)

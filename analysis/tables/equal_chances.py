@@ -41,7 +41,7 @@ def equal_chances(compared: Comparison) -> pd.DataFrame:
 def equal_chances_table(frame: pd.DataFrame) -> Table:
     """Return the frequencies of outcomes as a readable table."""
     caption = (
-        "Number of seeds with each of several mutually exclusive outcomes. Pearson's chi-square tests whether all are "
+        "Number of seeds with each outcome; each seed has exactly one. Pearson's chi-square tests whether all are "
         f"equally likely (p from {DRAWS:,} random draws, without correction)."
     )
     names = list(frame.columns[: frame.columns.get_loc("n")])

@@ -69,7 +69,7 @@ def sentences(frame: pd.DataFrame) -> list[str]:
 
 def _sentence(row: Mapping[Any, Any]) -> str:
     if row["prevails"] == "some":
-        return f"prevails at some values of {row['setting']}, but not from one value on"
+        return f"prevails at some values of {row['setting']}, but at no threshold does it begin to prevail for good"
     if row["prevails"] != "from":
         return f"{row['prevails']} prevails where {row['setting']} is varied"
     sure = with_interval(row["threshold"], row["low"], row["high"])

@@ -120,7 +120,7 @@ def _read(file: Path) -> Facts:
     try:
         facts = msgspec.convert(read_yaml(file), Facts)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, msgspec.ValidationError) as error:
-        raise InputError(f"{file} cannot be read as known results of a world: {one_line(error)}") from error
+        raise InputError(f"{file} does not contain valid known results of a world: {one_line(error)}") from error
     if facts.world != file.stem:
         raise InputError(f"{file} is about world '{facts.world}': rename it to {facts.world}.yaml.")
     return facts

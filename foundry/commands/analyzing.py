@@ -161,7 +161,7 @@ def preregister(
     if reach is not None:
         print(reach.line())
     if plan.known:
-        print(f"{plan.known}; seeds with neither runs nor cached answers: seed={_unseen(composed, plan.seeds, places)}")
+        print(f"{plan.known}; seeds without runs and cached answers: seed={_unseen(composed, plan.seeds, places)}")
     more = "" if asked else f" output.dir={folder}"
     until = "" if composed.settings[UNTIL] else f" {UNTIL}=answered"
     print(f"Give this hash to someone else, or publish it; then: foundry {' '.join(composed.asked)}{more}{until}")

@@ -198,7 +198,7 @@ async def _ask(composed: Composed, cache: str, label: Label, texts: Texts) -> Ju
             return judged
         except ModelChangedError as error:
             raise FoundryError(
-                f"Model '{model.name}' changed while it labelled ({error.how}), so no label was written. The answers "
-                "since its last confirmation were removed from the cache. Restore the first model and run the command "
-                "again."
+                f"Model '{model.name}' changed while it labelled ({error.how}), so no label was written. Answers "
+                "after the last weights check were removed from the cache. Restore the first weights and run the "
+                "command again."
             ) from error

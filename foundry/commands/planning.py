@@ -304,7 +304,7 @@ def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *
         print(for_screen(message.content))
     if call.assumed_silent:
         missing = f"{call.assumed_silent} earlier answers are not in the cache"
-        print(f"{missing}; the prompt assumes that the agents were silent", file=sys.stderr)
+        print(f"{missing}; in this prompt, each of them counts as silence", file=sys.stderr)
 
 
 def _print_calls(composed: Composed, *, json: bool, time: bool) -> None:

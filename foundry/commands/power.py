@@ -61,8 +61,8 @@ def show_seeds(
         _show_looks(shown, wanted, family)
         return
     _print_rows([_row(row) for row in shown.to_dict("records")], _COLUMNS, left_out=("pairs",))
-    _explain(f"alone: number of seeds for {power:.0%} power if a test were the only one, at level .05.")
-    _explain(f"in the family: number of seeds for the same power after correction for {counted(family, 'test')}.")
+    _explain(f"alone: number of seeds for {power:.0%} power of one test at level .05, without correction.")
+    _explain(f"in the family: number of seeds for {power:.0%} power after correction for {counted(family, 'test')}.")
     _explain(
         "cautious: as in the family, but with the upper 80 % bound of the pilot's sd. After few seeds, use cautious."
     )
@@ -128,10 +128,10 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
         if row["beyond"]:
             yield f"  more than {MOST_RECOMMENDED} seeds: {', '.join(row['beyond'])}"
         if row["without_n"]:
-            yield f"  number unknown: {counted(row['without_n'], 'measure')}; the notes above say why"
+            yield f"  number of seeds unknown for {counted(row['without_n'], 'measure')}; the notes above say why"
     if len(rows) > _MOST_ADVICE:
         further = counted(len(rows) - _MOST_ADVICE, "further pair")
-        yield f"not shown: {further} of conditions; each needs fewer seeds, or no number of seeds is enough"
+        yield f"not shown: {further} of conditions; each needs fewer seeds than these, or no number is enough"
 
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
@@ -143,7 +143,7 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
     ]
     _print_rows(rows, _AT_LOOKS, left_out=("pairs", "sd"))
     _explain(f"power: chance that a look finds the difference at level .05, corrected for {counted(family, 'test')}.")
-    _explain(f"seeds: mean number of seeds until a look finds the difference; {looks[-1]} if no look finds it.")
+    _explain(f"seeds: mean number of seeds until a look finds the difference; if none does, {looks[-1]} seeds count.")
     _explain("cautious power, cautious seeds: computed with the upper 80 % bound of the pilot's sd.")
     say("Declare these looks with foundry preregister.")
 

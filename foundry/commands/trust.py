@@ -118,7 +118,7 @@ def _print_drift(drift: Sequence[Drift]) -> None:
 
     first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)
     if first is None:
-        print(f"the runs have equal decisions, places and utilities in all {len(drift)} common steps")
+        print(f"decisions, places and utilities are equal in all {len(drift)} steps that both runs have")
         return
     rows = drift[first:]
     stride = -(-len(rows) // _ROWS)

@@ -150,7 +150,9 @@ class CheckedSweep:
 def checked(composed: Composed, place: Callable[[Sweep], Sweep] = lambda sweep: sweep) -> CheckedSweep:
     """Check everything that can be wrong with a sweep. The function `place` puts paths of this machine into it."""
     if composed.settings.get(UNTIL) is not None:
-        raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m. Leave it out here.")
+        raise InputError(
+            f"{UNTIL}={composed.settings[UNTIL]} only works with the command foundry -m. Leave it out here."
+        )
     sweep = composed.sweep
     folder = composed.settings["output"]["dir"]
     there = SweepFolder.open(folder) if folder and is_sweep(Path(folder)) else None

@@ -51,7 +51,7 @@ def _check_part(role: str, part: object) -> None:
         raise InputError(f"No {role} is chosen. Name one with {role}=...")
     if not isinstance(part, Mapping) or not isinstance(part.get("_target_"), str):
         raise InputError(
-            f"The chosen {role} builds nothing: its file must have keys with values, one of them '_target_: ...' with "
+            f"The file of the chosen {role} must contain lines 'key: value'. One of them must be '_target_: ...' with "
             "the class to build."
         )
 

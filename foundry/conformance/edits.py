@@ -117,8 +117,8 @@ def expects_one_action_for_each(case: EditCase) -> None:
         moved = ", ".join(label for label in expected if _repeated(expected, label, times) != label)
         require(
             not moved,
-            f"{times} edits in a row restore a '{before.kind}' question, but expected() does not restore its actions "
-            f"({moved}): correct edit() or expected()",
+            f"{times} edits in a row restore a '{before.kind}' question, but {times} calls of expected() do not "
+            f"restore the actions {moved}: correct edit() or expected()",
         )
 
 

@@ -219,14 +219,16 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
             question.asked: (question, answer) for question, answer in zip(ready, answering(ready), strict=True)
         }
         opened += [question.asked for question in ready]
-        require(bool(opened), f"after {world.step} steps ready() returns no questions, although no answer is awaited")
+        require(
+            bool(opened), f"after {world.step} steps ready() returns no questions, although all questions have answers"
+        )
         next_place = opened.pop(pick(len(opened)))
         ahead.take(next_place, answered[next_place][1])
         while whole := ahead.next_round():
             missing = [place for place in whole if place not in answered or place in opened]
             require(
                 not missing,
-                f"next_round() returned question {missing[:1]}, which has no answer yet; wait for all answers",
+                f"next_round() returned question {missing[:1]}, which has no answer yet; wait until all have answers",
             )
             questions = tuple(answered[place][0] for place in whole)
             records = world.advance([answered[place][1] for place in whole])

@@ -144,7 +144,9 @@ def reads_the_options_it_offers(case: WorldCase) -> None:
         options, kind = place.question.options, place.question.kind
         decisions = {text: _decision(case, place, text) for text in options[:: -(-len(options) // _MOST_OPTIONS)]}
         is_apart = kind not in case.scenario.actions() or len(decisions) == len(set(decisions.values()))
-        require(is_apart, f"several options of a '{kind}' question give one decision: {decisions}; keep one of them")
+        require(
+            is_apart, f"options of a '{kind}' question lead to the same decision: {decisions}; keep one per decision"
+        )
 
 
 def reads_its_idle_reply(case: WorldCase) -> None:

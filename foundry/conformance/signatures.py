@@ -136,7 +136,7 @@ def measures_what_it_describes(case: SignatureCase) -> str:
         [name for name in rows[0] if all(math.isnan(values.get(name, math.nan)) for values in rows)] if rows else []
     )
     each = "the only run" if len(rows) == 1 else f"all {len(rows)} runs"
-    return f"NaN in {each} of this check, so nothing checks its values: {', '.join(absent)}" if absent else ""
+    return f"not checked, because the value is NaN in {each} of this check: {', '.join(absent)}" if absent else ""
 
 
 def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
@@ -167,7 +167,8 @@ def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
     for other in rows:
         differing = ", ".join(sorted(set(first) ^ set(other)))
         require(
-            not differing, f"measure returns {differing} only for some runs: always return this, as NaN if undefined"
+            not differing,
+            f"measure() returns {differing} only for some runs: return it for every run, as NaN if it is undefined",
         )
 
 

@@ -64,7 +64,7 @@ def asks_what_it_says(case: WorldCase) -> str | None:
             "kinds, or count repetitions in Question.again",
         )
     missing = set(kinds).difference(question.kind for question in questions)
-    return f"this episode has no question of the kind {', '.join(sorted(missing))}" if missing else None
+    return f"the played episode asks no question of the kind {', '.join(sorted(missing))}" if missing else None
 
 
 def counts_its_calls(case: WorldCase) -> str | None:
@@ -134,7 +134,7 @@ def is_equal_from_a_pickle(case: WorldCase) -> None:
         copy = pickle.loads(pickle.dumps(case.scenario))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
         raise Skipped(
-            f"pickle cannot copy this world, so no copy was compared ({error}); runs need no such copy"
+            f"pickle cannot copy this world ({error}), so copies were not compared; runs work without copies"
         ) from error
     _check_same(case, case.played(case.answers, scenario=copy), "a pickled copy")
 
@@ -260,7 +260,7 @@ def declares_its_records(case: WorldCase) -> None:
 
 
 def _check_actions(kind: str, actions: Actions, kinds: tuple[str, ...]) -> None:
-    require(kind in kinds, f"actions() has the key '{kind}', which is no kind of question here: use {', '.join(kinds)}")
+    require(kind in kinds, f"actions() has the key '{kind}', which this world never asks: use {', '.join(kinds)}")
     low, high = _ends(actions)
     is_one = low <= high and not (actions.labels and math.isfinite(low - high))
     require(is_one, f"actions()['{kind}'] is {actions}: give either labels, or low and high with low <= high")

@@ -294,15 +294,17 @@ def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
 
 
 def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding]:
-    share = f"{measured.equal_under_load:.0%} of the answers are the same under load"
+    share = f"under load, {measured.equal_under_load:.0%} of the answers stay the same"
     if not measured.alone_equal:
         result = f"a call that was sent twice got two different answers; {share}"
         seeds = Finding("seeds", name, Status.WARNING, result, "Seeds have no effect.")
     elif measured.equal_under_load < 1:
         advice_seeds = "Parallel calls change answers, so only cached and recorded answers make a study repeatable."
-        seeds = Finding("seeds", name, Status.WARNING, f"a call alone repeats its answer; {share}", advice_seeds)
+        seeds = Finding(
+            "seeds", name, Status.WARNING, f"a call sent alone twice gets the same answer; {share}", advice_seeds
+        )
     else:
-        seeds = Finding("seeds", name, Status.OK, f"a call alone repeats its answer; {share}")
+        seeds = Finding("seeds", name, Status.OK, f"a call sent alone twice gets the same answer; {share}")
     return [_slots(name, measured, loaded), seeds, *_unsteady(name, measured)]
 
 

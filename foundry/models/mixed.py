@@ -199,7 +199,9 @@ def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) 
         naming = [label for label, rule in rules.items() if rule.names(agent, persona)]
         if len(naming) > 1:
             both = " and ".join(naming)
-            raise InputError(f"Population '{name}': agent {agent} (seed {seed}) belongs to members {both}.")
+            raise InputError(
+                f"Population '{name}': agent {agent} (seed {seed}) belongs to members {both}. Let one member name it."
+            )
         labels.append(naming[0] if naming else None)
     left = [agent for agent, label in enumerate(labels) if label is None]
     shares = {label: rule.share for label, rule in rules.items() if rule.share is not None}

@@ -139,7 +139,7 @@ class AnswerTable:
 
     def _why(self, request: Request) -> str:
         run = self._asked.get((request.step, request.agent, request.kind, request.seed))
-        return "no run asked this question" if run is None else f"run {run} asked this question in other words"
+        return "no run asked this question" if run is None else f"run {run} asked this question with another prompt"
 
 
 def _split(recorded: str, of: str | None) -> tuple[Path, str | None]:

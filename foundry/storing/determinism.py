@@ -125,10 +125,10 @@ class Repeats(msgspec.Struct, frozen=True, kw_only=True):
     def line(self) -> str:
         """Return, in words, how many repeated calls gave the same text and the same decision."""
         alone, loaded = self.alone, self.loaded
-        score = f"same text in {alone.texts} calls alone, and in {loaded.texts} calls with {self.at_once} at once"
+        score = f"same text in {alone.texts} calls sent alone, and in {loaded.texts} calls sent {self.at_once} at once"
         if not alone.decisions.of:
-            return f"{score}; these calls have no decision to compare"
-        return f"{score}; same decision in {alone.decisions} calls alone, and in {loaded.decisions} at once"
+            return f"{score}; decisions were not compared, because these calls have none"
+        return f"{score}; same decision in {alone.decisions} calls sent alone, and in {loaded.decisions} sent at once"
 
 
 def _score(repeats: Sequence[RepeatResult]) -> Score:

@@ -139,14 +139,14 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def known(self) -> str:
-        """Answers and runs before the plan, as a text: "known before the plan: 48 answers, runs in out"; "" if none."""
+        """Answers and runs before the plan, as a text: "already recorded before the plan: 48 answers"; "" if none."""
         if self.answers_known is None:
             answers = "an unknown number of answers"
         else:
             answers = counted(self.answers_known, "answer") if self.answers_known else ""
         parts = [answers, *(f"runs in {folder}" for folder in self.runs_known)]
         known = ", ".join(filter(None, parts))
-        return f"known before the plan: {known}" if known else ""
+        return f"already recorded before the plan: {known}" if known else ""
 
     @property
     def runs(self) -> dict[str, int]:

@@ -117,7 +117,7 @@ def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
     except NotRecorded as end:
         if end.place[0] == at:
             return
-        raise _refusal(f"at step {end.place[0]} agents would get other questions") from end
+        raise _refusal(f"at step {end.place[0]}, agents would get other questions than the recorded ones") from end
     except Departed as departed:
         place = departed.difference.place
         when = f"at step {place[0]}" if place else "at the start"

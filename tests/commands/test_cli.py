@@ -281,7 +281,7 @@ def test_prompt_prints_what_a_run_really_sends_and_that_of_a_game(workspace: Pat
 def test_prompt_needs_no_server(workspace: Path):
     done = succeeds("plan", "--prompt", "--step", "1", "--agent", "3", cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
     assert done.stdout.startswith("You are Agent 3 (") and done.stdout.endswith("Step: 1\n")
-    assert "the prompt assumes that the agents were silent" in done.stderr
+    assert "in this prompt, each of them counts as silence" in done.stderr
 
 
 def test_doctor_lists_what_servers_have_heeds_no_proxy_and_refuses_a_bad_address(workspace: Path):

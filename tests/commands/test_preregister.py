@@ -51,8 +51,9 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
         "8 seeds; tests: 2 for 1 pair of levels of model; looks after 6 seeds (level 0.037), 8 seeds (level 0.029)"
     )
     assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
-    assert "Only a difference can answer clustering.nni and idle_rate.chosen; if none is found, all 8 seeds" in "".join(
-        said
+    assert (
+        "For clustering.nni and idle_rate.chosen, only a difference ends the sweep early; else all 8 seeds"
+        in "".join(said)
     )
 
 
@@ -144,7 +145,7 @@ def test_a_plan_that_a_sweep_did_not_begin_with_declares_nothing(declared, tmp_p
     assert "the sweep began with a different plan (SHA-256" in late(r"\g<0>", first.replace("nni", "largest_group"))
     later = re.sub(r"made: .*", "made: '2999-01-01T00:00:00+00:00'", first)
     said = late(f"plan: {hashlib.sha256(later.encode()).hexdigest()}\n", later)
-    assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in said
+    assert "the plan was made at 2999-01-01T00:00:00+00:00, after the first run had started at " in said
     said = late("", first)
     assert "does not count as a plan, so all findings are exploratory: the sweep began without a plan" in said
     analysis = analyze(out, plots=False)
@@ -161,8 +162,8 @@ def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tm
         succeeds(*served, "output.dir=out", **to)
         analyze(tmp_path / "out", plots=False)
         said = succeeds("preregister", *served, "output.dir=again", "--family", NNI, **to)
-        known = "known before the plan: 48 answers, runs in out"
-        assert f"{known}; seeds with neither runs nor cached answers: seed=6-11" in said.stdout
+        known = "already recorded before the plan: 48 answers, runs in out"
+        assert f"{known}; seeds without runs and cached answers: seed=6-11" in said.stdout
         succeeds(*served, "output.dir=again", **to)
     rows = analyze(tmp_path / "again", plots=False).contrasts
     declared = rows[rows["claim"] == "declared"]

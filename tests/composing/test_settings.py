@@ -36,9 +36,9 @@ REFUSED = {
     "~runner": "No runner is chosen",
 }
 CONFIGS = {
-    "list": ("[1, 2]", "builds nothing"),
-    "text": ("just text", "builds nothing"),
-    "empty": ("", "builds nothing"),
+    "list": ("[1, 2]", "must contain lines"),
+    "text": ("just text", "must contain lines"),
+    "empty": ("", "must contain lines"),
     "aimless": ("name: x", "_target_: ..."),
     "numbered": ("{name: x, _target_: 7}", "_target_: ..."),
     "nameless": ("_target_: foundry.worlds.grid.grid_world.GridScenario", "needs a line 'name: ...'"),

@@ -141,7 +141,7 @@ def test_a_sweep_with_too_few_seeds_is_warned_of_with_the_seeds_that_it_needs(tm
 def test_a_sweep_that_is_run_with_too_few_seeds_names_the_command_that_adds_them(tmp_path: Path):
     asked = ("-m", "world=bar", "model=scripted/random,scripted/stay", "seed=0-1", "world.agents=2", "world.steps=2")
     ran = foundry(*asked, "output.dir=out", cwd=tmp_path)
-    assert "with 2 no difference can be claimed; add seeds: foundry resume out seed=2-5" in ran.stdout
+    assert "with 2 seeds, no difference can be claimed; add seeds: foundry resume out seed=2-5" in ran.stdout
     added = foundry("resume", "out", "seed=2-5", cwd=tmp_path)
     assert added.returncode == 0 and "can be claimed; add seeds" not in added.stdout, "it counts the seeds of before"
 
@@ -258,7 +258,7 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0
     assert found["seeds"]["status"] == "warning"
-    assert "0% of the answers are the same under load" in found["seeds"]["found"]
+    assert "under load, 0% of the answers stay the same" in found["seeds"]["found"]
 
 
 QUICK = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")

@@ -65,7 +65,7 @@ def test_a_condition_without_a_result_has_no_record_and_none_says_which_server_i
     assert host not in json.dumps(records(sweep))
     left = json.loads((sweep.export_dir("eee") / "left_out.json").read_bytes())
     assert list(left) == ["idle_rate.chosen"] and "no direction is better" in left["idle_rate.chosen"]
-    assert "left out: 1 declared measure for which neither high nor low is better" in told
+    assert "left out: 1 declared measure, because neither high nor low values are better" in told
     said = records(sweep)["scripted/random"]["source_metadata"]["additional_details"]["left_out"]
     assert said == '["idle_rate.chosen"]'
 

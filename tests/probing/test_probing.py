@@ -310,9 +310,9 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert analyze_probe(SweepFolder.open(tmp_path / "out"), plots=False).planned
     again = [word.replace("=out", "=again") for word in asked]
     said = done("preregister", *again, "--family", "no_fire", cwd=tmp_path).splitlines()
-    assert said[2].startswith("known before the plan: runs in out; to ask in other moments, ")
+    assert said[2].startswith("already recorded before the plan: runs in out; to ask in other moments, ")
     told = " ".join(done("probe", *again, cwd=tmp_path).split())
-    assert "nothing differs from the plan" in told and "known before the plan: runs in out" in told
+    assert "nothing differs from the plan" in told and "already recorded before the plan: runs in out" in told
     assert EXPLORES not in told
     assert "foundry resume" not in told, "a probe gets seeds from the sweeps that its moments come from"
     assert "leave --family and --margin out" in refused("analyze", "again", "--family", "no_fire", cwd=tmp_path)

@@ -124,7 +124,7 @@ def test_a_question_that_was_not_asked_ends_the_run_and_is_named(grid_sweep: Pat
     other = (f"model=replay/{grid_sweep}@qwen3:4b", *SMALL, "prompt=paraphrase", "output.dir=other")
     done = foundry(*other, cwd=tmp_path)
     assert done.returncode == 3 and statuses(tmp_path / "other") == ["failed"]
-    assert f"run {run_of(grid_sweep, 'qwen3:4b').id} asked this question in other words" in done.stdout
+    assert f"run {run_of(grid_sweep, 'qwen3:4b').id} asked this question with another prompt" in done.stdout
 
 
 def test_a_question_with_two_answers_is_refused_unless_a_run_is_named(grid_sweep: Path, copied: Path, tmp_path: Path):

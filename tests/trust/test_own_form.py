@@ -93,7 +93,7 @@ def test_two_of_its_runs_are_compared_by_what_all_forms_record(market: Path):
     table = succeeds("diff", str(one.path), str(other.path), cwd=market)
     assert "acted differently" in table.stdout and "mean distance" not in table.stdout
     done = foundry("diff", str(one.path), str(one.path), cwd=market)
-    assert "the runs have equal decisions, places and utilities in all 4 common steps" in done.stdout
+    assert "decisions, places and utilities are equal in all 4 steps that both runs have" in done.stdout
 
 
 @pytest.mark.slow

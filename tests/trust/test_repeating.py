@@ -62,8 +62,8 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
         done = swept(server, tmp_path, FOUR)
     (repeats,) = measured(tmp_path)
     assert repeats.exact and repeats.alone == repeats.loaded and str(repeats.loaded.texts) == "4 of 4"
-    said = f"llama3.2: same text in 4 of 4 calls alone, and in 4 of 4 calls with {repeats.at_once} at once; "
-    assert said + "same decision in 2 of 2 calls alone, and in 2 of 2 at once\n" in done.stdout
+    said = f"llama3.2: same text in 4 of 4 calls sent alone, and in 4 of 4 calls sent {repeats.at_once} at once; "
+    assert said + "same decision in 2 of 2 calls sent alone, and in 2 of 2 sent at once\n" in done.stdout
     assert said in foundry("status", "sweep", cwd=tmp_path).stdout
     succeeds("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path)
     succeeds("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path)
@@ -100,7 +100,7 @@ def test_calls_that_are_made_again_are_in_no_record_and_no_cache_and_resume_make
         swept(server, tmp_path, "determinism=6")
         chats = server.counts.chats
         resumed = foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert "of 6 calls alone" in resumed.stdout and server.counts.chats == chats
+        assert "of 6 calls sent alone" in resumed.stdout and server.counts.chats == chats
         before = records(tmp_path / "sweep"), calls(tmp_path / "sweep")
         assert sum(map(len, before[1].values())) == CALLS == cached_answers(tmp_path / "outputs" / "answers.sqlite")
         (first,) = measured(tmp_path)

@@ -213,4 +213,4 @@ def _notes(
             yield f"{condition.label}: no record, because every declared measure lacks a value or a better direction"
     if missing:
         measures = counted(len(missing), "declared measure")
-        yield f"left out: {measures} for which neither high nor low is better; see {folder / LEFT_OUT}"
+        yield f"left out: {measures}, because neither high nor low values are better; see {folder / LEFT_OUT}"

@@ -106,6 +106,6 @@ def test_a_note_says_how_many_replies_have_no_label(camera_sweep):
     assert 0 < missing < said
     expected = (
         f"{missing} of {said} replies have no label because the rule covers only English and Japanese; "
-        "measures of recognition leave them out"
+        "measures of recognition leave these replies out"
     )
     assert expected in found.notes

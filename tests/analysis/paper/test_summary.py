@@ -73,8 +73,8 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ({"look": 3}, FOUND + "p = .004 after correction for 3 tests and 3 looks (level .05)"),
         (
             {**MISSING, "bound_low": 0.11, "bound_high": 0.29},
-            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from 0.11 to "
-            "0.29",
+            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; if the missing seeds had values, the difference could be "
+            "from 0.11 to 0.29",
         ),
         (
             {**NONE, **MISSING},
@@ -102,8 +102,9 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**NONE, "n_pairs": 30, "margin": 0.1, "widest": 1.0, "n_within": 29},
-            f"{NONE_FOUND}30 seeds, {NONE_TESTED}; in 29 of 30 seeds the difference is at most 0.1, but up to 15 % of "
-            "all seeds could differ by more (95 %); the test does not show that the means are equal",
+            f"{NONE_FOUND}30 seeds, {NONE_TESTED}; in 29 of 30 seeds the difference is at most 0.1, but with 95 % "
+            "confidence, up to 15 % of all possible seeds differ by more; the "
+            "test does not show that the means are equal",
         ),
         (
             {**NONE, "factor": "world.agents", "level": "20", "reference": "10"},
@@ -357,7 +358,7 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
     "equal in 10 seeds, with a margin": (
         two([0.0] * 10), WITHIN_TENTH, ["in all 10 seeds the difference is at most", "use at least 29 seeds"], [ALIKE],
     ),
-    "equal in 29 seeds, with a margin": (two([0.0] * 29), WITHIN_TENTH, [ALIKE], ["could differ by more"]),
+    "equal in 29 seeds, with a margin": (two([0.0] * 29), WITHIN_TENTH, [ALIKE], ["seeds differ by more"]),
     "fails in one seed of 10": (two([0.0] * 9 + [0.7]), WITHIN_TENTH, ["in 9 of 10 seeds", "up to 39 %"], [ALIKE]),
     "small but sure": (
         two((0.02 + noise(60, spread=0.01)).tolist()), WITHIN_TENTH, [MORE, "so it is too small to matter"], [NOTHING],
@@ -404,7 +405,7 @@ CASES: dict[str, tuple[list[dict[str, Any]], Mapping[str, Any], Sequence[str], S
     ),
     "a later seed goes beyond the widest difference": (
         two([0.0] * 8 + [0.4]), planned((8,), 1, margins={MEASURE: 0.1}, widest={MEASURE: 0.3}),
-        ["a seed differs by 0.4, more than the declared 0.3"], [ALIKE],
+        ["one seed differs by 0.4, more than --widest 0.3"], [ALIKE],
     ),
 }  # fmt: skip
 

@@ -128,7 +128,7 @@ def test_a_test_needs_more_seeds_the_more_pairs_there_are(models: str, worlds: i
     few = reached(models, worlds, seeds=fewest - 1)
     assert not few.is_enough and math.isnan(few.effect)
     assert few.line().endswith(
-        f"need{'s' * (models == 'ab')} at least {fewest} seeds: with {fewest - 1} no difference can be claimed"
+        f"need{'s' * (models == 'ab')} at least {fewest} seeds: with {fewest - 1} seeds, no difference can be claimed"
     )
 
 

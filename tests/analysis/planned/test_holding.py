@@ -75,8 +75,12 @@ def test_a_plan_that_holds_says_so_with_its_margins_and_widest_differences(hold)
         (runs_of("a"), {}, "1 of the 2 planned conditions are missing"),
         (runs_of("abc"), {}, "c was added later and is exploratory"),
         (runs_of(seeds=range(14)), {}, "2 seeds were run, but are not in the plan, so they are not tested"),
-        (runs_of(seeds=range(8)), {}, "8 seeds are not a planned look (6, 9, 12): tested at 6"),
-        (runs_of(seeds=range(5)), {}, "5 seeds are not a planned look (6, 9, 12): nothing is tested yet"),
+        (
+            runs_of(seeds=range(8)),
+            {},
+            "there are 8 seeds, but looks are planned at 6, 9, 12: the tests were made at 6 seeds",
+        ),
+        (runs_of(seeds=range(5)), {}, "there are 5 seeds, but looks are planned at 6, 9, 12: nothing is tested yet"),
         (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1; this is {__version__}"),
         (runs_of(), FURTHER, "no run has movement.variety"),
     ],
@@ -133,7 +137,10 @@ def test_of_several_sweeps_the_first_plan_alone_declares_families_and_further_on
         plan_check(sweeps[1], made, made.frame[["model"]], asked=True)
     found, others = plans_of(sweeps, made, made.frame[["model"]])
     assert found.plan.reached == 3
-    assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not used here: analyse its sweep alone"]
+    assert others == [
+        f"{tmp_path / 'second' / 'preregistration.yaml'} is not used for several sweeps: "
+        "to use it, analyse its sweep alone"
+    ]
     assert plans_of(sweeps[:1], made, made.frame[["model"]]) == (None, [])
 
 

@@ -36,9 +36,11 @@ def test_each_number_of_seeds_is_a_look_fewer_than_can_be_tested_are_none_and_fu
     found = [look(n)[["look", "note"]].iloc[0].tolist() for n in (5, 8, 8, 12, 18, 12)]
     assert [number for number, _ in found] == [0, 1, 1, 2, 3, 3]
     assert found[1][1] == ""
-    assert found[3][1] == "second undeclared look: tests at 5% err in 8% of cases"
-    assert found[4][1] == "third undeclared look: tests at 5% err in 10% of cases"
-    assert error_after_looks(range(6, 61)) == "undeclared look 55: tests at 5% err in 28% of cases"
+    assert found[3][1] == "second undeclared look: tests at 5% wrongly find a difference in 8% of cases"
+    assert found[4][1] == "third undeclared look: tests at 5% wrongly find a difference in 10% of cases"
+    assert (
+        error_after_looks(range(6, 61)) == "undeclared look 55: tests at 5% wrongly find a difference in 28% of cases"
+    )
 
 
 @pytest.mark.slow

@@ -141,7 +141,7 @@ def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_fami
     assert frame["excess"].notna().all()
     for name in ("p", "p_holm"):
         assert frame[name].tolist() == pytest.approx([1 / 2**SEEDS, np.nan], nan_ok=True)
-    assert "over 1 row of both" in family.note(framed([], ("first", "second")), edits)[0]
+    assert "over 1 row in the tables" in family.note(framed([], ("first", "second")), edits)[0]
 
 
 def test_what_is_neither_a_model_nor_an_edit_is_refused(three: Answers):
@@ -159,7 +159,7 @@ def test_a_probe_is_told_in_the_sentences_of_a_sweep(three: Answers):
     }  # fmt: skip
     family = Family.of(["a"], three)
     family.correct(frames["agreement"], frames["edits"])
-    known = "known before the plan: 8 answers"
+    known = "already recorded before the plan: 8 answers"
     rows = contrasts_of(frames, family, planned=True, known=known)
     assert (len(rows), set(rows["family"]), set(rows["claim"])) == (4, {4}, {"declared"})
     told = summary_of(rows, sides_of(frames), "", [], planned=True)

@@ -126,7 +126,7 @@ def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_i
     near[1, 11] = 0.4
     column = contrasts(table_of(near, [measure]), plan=plan).iloc[0]
     assert (column["p_equivalence"], column["equivalent"]) == (1, False)
-    assert "a seed differs by 0.4, more than the declared 0.3, so equality cannot be claimed" in column["note"]
+    assert "one seed differs by 0.4, more than --widest 0.3: equality cannot be claimed" in column["note"]
 
 
 def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_seeds():

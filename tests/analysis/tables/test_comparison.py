@@ -126,7 +126,7 @@ def test_an_outcome_that_stops_again_prevails_at_some_values_only(counts):
     assert frame["prevails"].tolist() == ["some"]
     assert math.isnan(frame["threshold"][0])
     (said,) = sentences(frame)
-    assert "prevails at some values of world.committed, but not from one value on" in said
+    assert "prevails at some values of world.committed, but at no threshold does it begin to prevail for good" in said
 
 
 def test_where_one_half_is_passed_is_read_on_the_line_between_two_values():

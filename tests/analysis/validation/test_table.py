@@ -57,7 +57,7 @@ def test_a_file_of_the_users_own_is_read_and_stands_before_the_shipped_one(mine)
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ("world: [", "cannot be read as known results of a world"),
+        ("world: [", "does not contain valid known results of a world"),
         (LEAST + "scores: 3\n", "scores"),
         (LEAST + "better: more\n", "better"),
         (LEAST + "closed_forms: [{name: coins}]\n", "policy"),
