@@ -213,7 +213,7 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
 def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:
     """Yield a line for each difference of a sweep from the declared version of foundry and the declared weights."""
     if declared.foundry != __version__:
-        yield f"it was made with foundry {declared.foundry}; this is {__version__}"
+        yield f"the plan was made with foundry {declared.foundry}; this is foundry {__version__}"
     now = {model["name"]: model.get("digest") for model in sweep.models}
     for model in declared.models:
         if model["name"] in now and model.get("digest") and now[model["name"]] not in (None, model["digest"]):

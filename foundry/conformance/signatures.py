@@ -184,7 +184,7 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
         is_meant = not none or len(none) < len(measures)
         require(is_meant, f"{names} is 0 although no decision counts: return NaN, because 0 would be a finding")
         zeros |= none
-    return f"check that 0 is right for {', '.join(sorted(zeros))} if no decision counts" if zeros else None
+    return f"check that 0 is right for {', '.join(sorted(zeros))} in runs without readable decisions" if zeros else None
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:

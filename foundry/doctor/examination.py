@@ -198,7 +198,7 @@ def _sight(info: ModelInfo, world: str) -> Finding:
         check_sight(info, world)
     except InputError as error:
         return Finding("vision", info.name, Status.PROBLEM, str(error), "A sweep would not start.")
-    return Finding("vision", info.name, Status.OK, f"sees the images of world '{world}'")
+    return Finding("vision", info.name, Status.OK, f"the model sees the images of world '{world}'")
 
 
 def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:

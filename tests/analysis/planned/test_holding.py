@@ -81,7 +81,7 @@ def test_a_plan_that_holds_says_so_with_its_margins_and_widest_differences(hold)
             "there are 8 seeds, but looks are planned at 6, 9, 12: the tests were made at 6 seeds",
         ),
         (runs_of(seeds=range(5)), {}, "there are 5 seeds, but looks are planned at 6, 9, 12: nothing is tested yet"),
-        (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1; this is {__version__}"),
+        (runs_of(), {"foundry": "0.0.1"}, f"the plan was made with foundry 0.0.1; this is foundry {__version__}"),
         (runs_of(), FURTHER, "no run has movement.variety"),
     ],
 )
