@@ -34,6 +34,8 @@ SIMULATED = (6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64)
 RESAMPLES = 300
 _FEWER = 0.7
 """Simulations of the sign-flip test start with this share of the number of seeds that a t test needs."""
+_ROUNDING = 1e-12
+"""A pilot's difference counts as 0 if it is at most this share of its standard deviation: it comes from rounding."""
 NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
     "fewer than two pairs",
     "no variation in the pilot",
@@ -87,7 +89,9 @@ def power(
     """
     _check(table, measure, difference, target)
     frame = _pilot(table, groups, measure)
-    return seeds_needed(frame, frame["observed"].abs() if difference is None else difference, target, alpha)
+    observed = frame["observed"].abs()
+    observed = observed.mask(observed <= _ROUNDING * frame["sd"], 0.0)
+    return seeds_needed(frame, observed if difference is None else difference, target, alpha)
 
 
 def seeds_needed(

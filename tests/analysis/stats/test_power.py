@@ -96,6 +96,7 @@ def test_more_tests_need_more_seeds_and_looks_are_cautious_of_their_family():
         ([value + 0.1 for value in FIRST], "no variation in the pilot"),
         ([0.1, *[math.nan] * 7], "fewer than two pairs"),
         ([0.5, 0.1, 0.3, 0.2, 0.9, 0.4, 0.6, 0.3], "no difference to find"),
+        ([0.5, 0.1, 0.3, 0.2, 0.9, 0.4, 0.6, 0.3 + 4e-16], "no difference to find"),  # from rounding
     ],
 )
 def test_what_a_pilot_cannot_tell_is_said(second, note):
