@@ -53,16 +53,15 @@ def show_seeds(
     plan = _plan(opened, difference, power, measure, chosen)
     if plan.empty:
         raise InputError(f"{folder} has only one condition. A pilot needs two models, or two prompts.")
-    family = int(plan["family"].max())
     if chosen:
         say(f"based on a part of the pilot's runs, chosen by: {chosen}")
     shown = plan[plan["declared"]] if plan["declared"].any() else plan
     if wanted:
-        _show_looks(shown, wanted, family)
+        _show_looks(shown, wanted)
         return
     _print_rows([_row(row) for row in shown.to_dict("records")], _COLUMNS, left_out=("pairs",))
     _explain(f"alone: number of seeds for {power:.0%} power of one test at level .05, without correction.")
-    _explain(f"in the family: number of seeds for {power:.0%} power after correction for {counted(family, 'test')}.")
+    _explain(f"in the family: number of seeds for {power:.0%} power after correction for {_tests(shown)}.")
     _explain(
         "cautious: as in the family, but with the upper 80 % bound of the pilot's sd. After few seeds, use cautious."
     )
@@ -134,7 +133,13 @@ def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
         yield f"not shown: {further} of conditions; each needs fewer seeds than these, or no number is enough"
 
 
-def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
+def _tests(plan: pd.DataFrame) -> str:
+    """Return the number of tests that are corrected together, such as `8 tests`; factors may have different numbers."""
+    fewest, most = int(plan["family"].min()), int(plan["family"].max())
+    return counted(most, "test") if fewest == most else f"{fewest} to {most} tests"
+
+
+def _show_looks(plan: pd.DataFrame, looks: Sequence[int]) -> None:
     from analysis.stats.stopping import with_looks
 
     rows = [
@@ -142,7 +147,7 @@ def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
         for row in with_looks(plan, looks).to_dict("records")
     ]
     _print_rows(rows, _AT_LOOKS, left_out=("pairs", "sd"))
-    _explain(f"power: chance that a look finds the difference at level .05, corrected for {counted(family, 'test')}.")
+    _explain(f"power: chance that a look finds the difference at level .05, corrected for {_tests(plan)}.")
     _explain(f"seeds: mean number of seeds until a look finds the difference; if none does, {looks[-1]} seeds count.")
     _explain("cautious power, cautious seeds: computed with the upper 80 % bound of the pilot's sd.")
     say("Declare these looks with foundry preregister.")

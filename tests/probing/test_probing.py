@@ -293,6 +293,10 @@ def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
     avoid = rows.loc["model=scripted/avoid"]
     assert (avoid["measure"], avoid["n_pairs"], avoid["difference"]) == ("change under no_fire", 3, 0.2)
     assert avoid["n_family"] >= 6 and "no_fire - none (model=scripted/avoid): play " in told
+    every = done("plan", "--pilot", str(probed), "--difference", "0.2", cwd=probed.parent)
+    family = pd.read_csv(probed / "analysis" / "power.csv")["family"]
+    assert family.min() < family.max()
+    assert f"after correction for {family.min()} to {family.max()} tests." in every
 
 
 ASKED_ONCE = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire", "moments=6", "repeats=1", "output.dir=out")
