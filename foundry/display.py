@@ -257,7 +257,9 @@ def status_table(standings: Sequence[Standing], width: int = WIDE) -> Table:
     shown = [
         name
         for name in _COUNTS
-        if width >= WIDE or name in ("runs", "complete", "calls") or any(getattr(one, name) for one in standings)
+        if width >= WIDE
+        or name in ("runs", "complete", "calls")
+        or any(getattr(standing, name) for standing in standings)
     ]
     has_prompt_cache = any(standing.prompt_cache is not None for standing in standings)
     table = _table("model", *shown, *([REUSED] if has_prompt_cache else []))
@@ -358,12 +360,14 @@ class _PlainTable(Table):
         texts = [[str(column.header), *map(str, column.cells)] for column in self.columns]
         widths = [max(cell_len(line) for text in column for line in text.split("\n")) for column in texts]
         longest_words = [
-            max(map(cell_len, [*header.split(), *(cells if one.justify == "right" else " ".join(cells).split())]))
-            for one, (header, *cells) in zip(self.columns, texts, strict=True)
+            max(map(cell_len, [*header.split(), *(cells if column.justify == "right" else " ".join(cells).split())]))
+            for column, (header, *cells) in zip(self.columns, texts, strict=True)
         ]
         room = most - 2 * (len(widths) - 1)
         for least in (longest_words, [min(length, _SHORT) for length in longest_words], [1] * len(widths)):
-            while sum(widths) > room and (wide := [one for one, width in enumerate(widths) if width > least[one]]):
+            while sum(widths) > room and (
+                wide := [place for place, width in enumerate(widths) if width > least[place]]
+            ):
                 widths[max(wide, key=widths.__getitem__)] -= 1
         return widths
 

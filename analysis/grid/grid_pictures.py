@@ -49,7 +49,7 @@ class GridFigures:
         return [(shown, run) for shown, run in examples if run is not None]
 
     def _trees(self, order: Sequence[ShownGroup]) -> list[CascadeTree]:
-        """Return the chains of first warnings in the example runs; none if no agent perceives a fire."""
+        """Return, for each example run, who first warned whom; nothing if no agent perceives a fire in any run."""
         examples = self._examples(order)
         alarmed = any(run.perceived.any() for _, run in examples)
         return [cascade_tree(run, shown) for shown, run in examples] if alarmed else []

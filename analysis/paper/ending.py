@@ -89,7 +89,7 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
 
 def command_lines(command: str, width: int) -> list[str]:
     """Break a command between its arguments, so that a shell reads the indented lines as one command."""
-    whole = " ".join(shlex.quote(one).replace(" ", "\0") for one in shlex.split(command))
+    whole = " ".join(shlex.quote(word).replace(" ", "\0") for word in shlex.split(command))
     *lines, last = wrapped(whole, width - 2, "  ", "    ")
     return [line.replace("\0", " ") for line in (*(f"{line} \\" for line in lines), last)]
 

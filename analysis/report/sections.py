@@ -92,7 +92,7 @@ def signature_sections(material: Material) -> list[Section]:
 
 
 def _columns(runs: pd.DataFrame, signature: str) -> list[str]:
-    """Return the measures of a signature; the version over readable decisions is included only if its values differ."""
+    """Return the measures of a signature; those over readable decisions only if they differ from all decisions."""
     every = [str(name) for name in runs.columns if str(name).startswith(f"{signature}.")]
     return [name for name in every if not is_readable_only(name) or _differs(runs, name)]
 

@@ -29,7 +29,7 @@ class RoundsFigures:
         self._actions: dict[str, Actions] = {}
 
     def add(self, shown: ShownGroup, run: RoundsRun, seed: int) -> None:
-        """Collect from a run what the figures of its group need."""
+        """Collect the data that the figures of a group need from one run of this group."""
         if seed == self._seed:
             self._examples.setdefault(shown, run)
         self._actions |= {kind: run.declared.actions[kind] for kind in kinds_of(run)}

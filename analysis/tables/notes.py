@@ -102,9 +102,9 @@ def doubtful_weights(canaries: Iterable[Sequence[Canary]]) -> list[str]:
             if canary.verdict not in (None, Verdict.SAME):
                 differing.setdefault(canary.model, []).append(f"canary {canary.verdict}: {canary.distance}")
     return [
-        f"{model}: other weights, or another version of its server, may have answered {len(found)} of "
-        f"{runs[model]} runs ({found[-1]})"
-        for model, found in differing.items()
+        f"{model}: other weights, or another version of its server, may have answered {len(doubted)} of "
+        f"{runs[model]} runs ({doubted[-1]})"
+        for model, doubted in differing.items()
     ]
 
 

@@ -97,7 +97,7 @@ def _findings_table(findings: Sequence[Finding], width: int) -> Table:
     rows = [[check.check, check.subject, check.status.value, check.found, check.advice] for check in findings]
     if width >= WIDE:
         return frame_table(rows, ("check", "of", "status", "found", "what to do"))
-    below = [[*row, found + (f"\n-> {advice}" if advice else "")] for *row, found, advice in rows]
+    below = [[*row, result + (f"\n-> {advice}" if advice else "")] for *row, result, advice in rows]
     return frame_table(below, ("check", "of", "status", "found -> what to do"))
 
 
@@ -121,8 +121,8 @@ async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[F
         try:
             models += await list_models(host)
         except InputError as error:
-            found = f"the server does not list its models: {error.problem}"
-            unlisted.append(Finding("models", host, Status.SKIPPED, found, error.advice))
+            result = f"the server does not list its models: {error.problem}"
+            unlisted.append(Finding("models", host, Status.SKIPPED, result, error.advice))
     return models, unlisted
 
 

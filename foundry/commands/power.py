@@ -160,15 +160,15 @@ def _print_rows(rows: Sequence[Sequence[str]], columns: Sequence[str], left_out:
     if console().width >= WIDE:
         console().print(frame_table(rows, columns))
         return
-    kept = [at for at, name in enumerate(columns) if name not in (*left_out, "contrast", "note")]
+    shown_at = [at for at, name in enumerate(columns) if name not in (*left_out, "contrast", "note")]
     by_contrast: dict[str, list[Sequence[str]]] = defaultdict(list)
     for row in rows:
         by_contrast[row[1]].append(row)
     for contrast, group in by_contrast.items():
         print(f"\n{contrast}")
-        planned = [[row[at] for at in kept] for row in group if set(row[len(_FIRST) : -1]) != {"-"}]
+        planned = [[row[at] for at in shown_at] for row in group if set(row[len(_FIRST) : -1]) != {"-"}]
         if planned:
-            console().print(frame_table(planned, [columns[at] for at in kept]))
+            console().print(frame_table(planned, [columns[at] for at in shown_at]))
         for note in dict.fromkeys(row[-1] for row in group if row[-1]):
             print(_wrapped(f"  {note}: {', '.join(row[0] for row in group if row[-1] == note)}"))
     print()

@@ -161,7 +161,7 @@ def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
 
 
 def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
-    """All runs of a world have the same measures, even without readable decisions."""
+    """All runs of a world have the same set of measures, also a run without a readable decision."""
     rows = [*case.measured(), *map(case.module.measure, case.taken(case.emptied))]
     first = rows[0]
     for other in rows:

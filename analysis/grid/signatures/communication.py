@@ -92,7 +92,7 @@ def measure(run: GridRun) -> dict[str, float]:
 def _rhythm(spoke: BoolArray) -> dict[str, float]:
     times = [np.flatnonzero(flags) for flags in spoke.T]
     gaps = [np.diff(steps).astype(np.float64) for steps in times if len(steps) >= _FEWEST_MESSAGES]
-    spreads = [(float(one.std() / one.mean()), len(one)) for one in gaps]
+    spreads = [(float(waits.std() / waits.mean()), len(waits)) for waits in gaps]
     return {
         "burstiness": mean((spread - 1) / (spread + 1) for spread, _ in spreads),
         "burstiness_finite": mean(_finite(spread, number) for spread, number in spreads),

@@ -35,7 +35,7 @@ def _go_if(goes: bool) -> str:
 
 
 class Tossing(ScriptedModel):
-    """Goes with the same probability every evening."""
+    """A policy that goes to the bar with the same probability every evening."""
 
     def __init__(self, name: str, probability: float) -> None:
         super().__init__(name, probability=probability)
