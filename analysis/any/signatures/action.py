@@ -38,8 +38,8 @@ def measure(run: AnyRun) -> dict[str, float]:
     - variety: pairs of actions that differ / pairs of actions; 0..1. Its mean does not depend on the number of actions;
       for L equally frequent labels it is 1 - 1/L. NaN below two actions. Source: Simpson 1949.
     - bits: entropy of the labels, bits; 0..log2 L. entropy: bits / log2 L, for the L declared labels; 0..1. NaN for
-      fewer than two declared labels. Both are biased low for few actions, by about (L - 1) / (2 n ln 2) bits for n
-      actions. Source: Shannon 1948; Miller 1955 for the bias.
+      fewer than two declared labels. For n actions, bits is biased low by about (L - 1) / (2 n ln 2), and entropy
+      by about (L - 1) / (2 n ln L), if all L labels can occur. Source: Shannon 1948; Miller 1955 for the bias.
 
     For numbers: mean; sd, the standard deviation (ddof 1), NaN below two actions.
 
