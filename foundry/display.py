@@ -14,7 +14,7 @@ from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
 
-from foundry.texts import counted, in_words, one_line, ranges, visible
+from foundry.texts import counted, first_of, in_words, one_line, ranges, visible
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -300,13 +300,8 @@ def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]
         by_cause.setdefault(_one_line(failure.error), []).append(failure.run)
     shown = list(by_cause.items())[:most]
     hidden = len(failed) - sum(len(runs) for _, runs in shown)
-    lines = [f"{_named(runs, most)}: {cause}" for cause, runs in shown]
+    lines = [f"{first_of(runs, most)}: {cause}" for cause, runs in shown]
     return lines + ([f"and {hidden} more"] if hidden else [])
-
-
-def _named(runs: Sequence[str], most: int | None) -> str:
-    more = 0 if most is None else len(runs[most:])
-    return ", ".join(runs[:most]) + (f" and {more} more" if more else "")
 
 
 def _one_line(text: str | None) -> str:

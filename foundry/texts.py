@@ -91,6 +91,12 @@ def counted(number: int, name: str) -> str:
     return f"{number:,} {name}" if number == 1 else f"{number:,} {name}s"
 
 
+def first_of(names: Sequence[str], most: int | None) -> str:
+    """Return the first names, separated by commas, and the number of the others; None names all of them."""
+    more = 0 if most is None else len(names[most:])
+    return ", ".join(names[:most]) + (f" and {more} more" if more else "")
+
+
 def ranges(numbers: Sequence[int]) -> str:
     """Return numbers as a sorted text with ranges, as in "0-2,7"."""
     parts: list[list[int]] = []

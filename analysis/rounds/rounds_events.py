@@ -8,6 +8,7 @@ import numpy as np
 from analysis.measuring.events import Event, beginnings
 from analysis.rounds.rounds_run import RoundsRun
 from analysis.rounds.signatures import bar, fishery
+from foundry.texts import first_of
 
 
 def events(run: RoundsRun) -> Iterator[Event]:
@@ -29,9 +30,8 @@ def _first_unlike(run: RoundsRun, kind: str) -> Iterator[Event]:
         by_step.setdefault(step, Counter())[f"{number:g}" if label is None else str(label)] += 1
     for step, choices in by_step.items():
         if len(choices) > 1:
-            most = ", ".join(f"{choice} ({count})" for choice, count in choices.most_common(4))
-            more = f" and {len(choices) - 4} more" if len(choices) > 4 else ""
-            yield Event(step, None, "first_unlike", f"agents decide differently on {kind}: {most}{more}")
+            shown = first_of([f"{choice} ({count})" for choice, count in choices.most_common()], 4)
+            yield Event(step, None, "first_unlike", f"agents decide differently on {kind}: {shown}")
             return
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import textwrap
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -180,12 +179,12 @@ def _explain(line: str) -> None:
 
 def _wrapped(line: str) -> str:
     """Return a line that breaks at spaces on a terminal, with the indentation of the line and four spaces."""
+    from analysis.paper.ending import wrapped
+
     if not sys.stdout.isatty():
         return line
     indent = " " * (len(line) - len(line.lstrip()) + 4)
-    return textwrap.fill(
-        line, console().width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    )
+    return "\n".join(wrapped(line, console().width, further=indent))
 
 
 def _row(row: Mapping[Hashable, object]) -> tuple[str, ...]:

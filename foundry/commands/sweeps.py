@@ -23,7 +23,7 @@ from foundry.storing.determinism import model_repeats
 from foundry.storing.growing import check_declared, check_digests
 from foundry.storing.preregistration import conditions_of
 from foundry.storing.store import SweepFolder
-from foundry.texts import counted
+from foundry.texts import counted, first_of
 
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
@@ -68,15 +68,10 @@ def _run_until_answered(composed: Composed) -> int:
             tests = "all declared tests" if stands else "not all declared tests"
             say(f"{tests} are answered at {analysis.planned.look}{missing}")
             if not stands:
-                say(f"still open: {_first_of(open_rows(analysis.contrasts))}")
+                say(f"still open: {first_of(open_rows(analysis.contrasts), MOST_NAMES)}")
         if stands:
             break
     return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], code, 0)
-
-
-def _first_of(names: Sequence[str]) -> str:
-    more = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:
@@ -240,7 +235,7 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
 
     summaries = [run.summary() for run in folder.runs()]
     failed = failure_lines(failures(summaries))
-    counts = list(counts_so_far(folder, summaries))
+    counts = list(counts_so_far(folder, summaries, folder.progress().values()))
     lines = [ran_line(summaries, counts, folder.path), *(f"  failed {line}" for line in failed)]
     if failed:
         lines.append(f"  try the failed runs again with: {_going_on(folder)}")

@@ -88,6 +88,10 @@ class LaneSpec:
     parent: int | None = None
     own: tuple[Path, ...] = ()
 
+    def is_of_session(self, name: str) -> bool:
+        """Return whether a worker with this name belongs to the same command as this worker."""
+        return name.startswith(f"{self.session}-")
+
 
 @dataclass
 class Tally:
@@ -257,7 +261,7 @@ class Lane:
     def _say_whether_waiting(self, elsewhere: Iterable[RunFolder]) -> None:
         """Say, once in a session, that this worker waits because other commands are playing the remaining runs."""
         reports = self.spec.folder.progress(beside=self.spec.name).items()
-        others = (report for name, report in reports if not name.startswith(f"{self.spec.session}-"))
+        others = (report for name, report in reports if not self.spec.is_of_session(name))
         opened = {run for report in others for run in report["open"]}
         if any(run.id in opened for run in elsewhere) and self.spec.folder.told_first(self.spec.session):
             logging.getLogger("foundry").warning(WAITING, self.spec.folder.path)

@@ -64,7 +64,7 @@ class Lanes:
     def _say(self) -> None:
         for name, report in self._spec.folder.progress().items():
             for line in report.get("notes", ()):
-                if name.startswith(f"{self._spec.session}-") and line not in self._said:
+                if self._spec.is_of_session(name) and line not in self._said:
                     self._said.add(line)
                     logging.getLogger("foundry").warning("%s", line)
 

@@ -67,10 +67,11 @@ class Failure(msgspec.Struct, frozen=True):
 def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> list[Standing]:
     """Return the progress of a sweep for each model; `summaries` contains each run's `run.json`, in order."""
     reports = folder.progress().values()
+    so_far = counts_so_far(folder, summaries, reports)
     opened = {run for report in reports for run in report["open"]}
     rows: dict[str, Counter[str]] = {}
     counted: dict[str, list[Counts]] = {}
-    for run, summary, counts in zip(folder.runs(), summaries, counts_so_far(folder, summaries), strict=True):
+    for run, summary, counts in zip(folder.runs(), summaries, so_far, strict=True):
         name = str(run.config()["model"]["name"])
         row = rows.setdefault(name, Counter())
         row["runs"] += 1
@@ -80,14 +81,14 @@ def standings(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> li
     return [Standing(model=name, **row, prompt_cache=reused_share(counted[name])) for name, row in rows.items()]
 
 
-def counts_so_far(folder: SweepFolder, summaries: Sequence[RunSummary | None]) -> Iterator[Counts]:
-    """Yield the counts of each run, in order; `summaries` contains each run's `run.json`.
+def counts_so_far(
+    folder: SweepFolder, summaries: Sequence[RunSummary | None], reports: Iterable[Mapping[str, Any]]
+) -> Iterator[Counts]:
+    """Yield the counts of each run, in order, from each run's `run.json` and the progress reports of the workers.
 
     If a run has begun but not ended, its worker reports its counts. If it was interrupted, its log of calls is counted.
     """
-    reported = {
-        run: counts for report in folder.progress().values() for run, counts in report.get("counts", {}).items()
-    }
+    reported = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
     begun = folder.begun()
     for run, summary in zip(folder.runs(), summaries, strict=True):
         if summary is not None:

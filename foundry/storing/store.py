@@ -15,7 +15,6 @@ The module `foundry.storing.run_files` knows the files of a run.
 
 import contextlib
 import datetime
-import hashlib
 import os
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
@@ -55,7 +54,7 @@ from foundry.storing.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.storing.run_files import RunFolder as RunFolder
 from foundry.storing.run_files import calls_bytes as calls_bytes
 from foundry.storing.run_files import cannot_write as cannot_write
-from foundry.storing.run_files import claimed, json_file, moments_here, scene_here
+from foundry.storing.run_files import claimed, json_file, moments_here, scene_here, sha256_of
 from foundry.storing.run_files import frame_name as frame_name
 from foundry.storing.run_files import last_whole_step as last_whole_step
 from foundry.storing.run_files import lines_of as lines_of
@@ -65,7 +64,7 @@ from foundry.storing.run_files import storing as storing
 from foundry.storing.run_files import write_atomically as write_atomically
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.storing.sweep_file import to_yaml as to_yaml
-from foundry.texts import holds_secret, without_secrets
+from foundry.texts import first_of, holds_secret, without_secrets
 
 SWEEP_LOCK = "sweep.lock"
 """The lock that a command holds while it reads and rewrites `sweep.yaml`."""
@@ -406,7 +405,7 @@ def _now() -> str:
 def _with_names(others: Sequence[SweepFolder]) -> str:
     names = "_".join(other.path.resolve().name for other in others)
     if len(names) > _LONGEST_NAMES:
-        names = f"{len(others)}_others_{hashlib.sha256(names.encode()).hexdigest()[:6]}"
+        names = f"{len(others)}_others_{sha256_of(names.encode())[:6]}"
     return f"_with_{names}" if others else ""
 
 
@@ -414,8 +413,7 @@ def _no_sweep(path: Path) -> str:
     if not path.exists():
         return f"Folder '{path}' does not exist. Give the folder of a sweep, such as outputs/<sweep>."
     inside = sorted(entry.parent.name for entry in path.glob("*/sweep.yaml"))
-    more = f" and {len(inside) - MOST_NAMED} more" if len(inside) > MOST_NAMED else ""
-    hint = f" This folder contains the sweeps {', '.join(inside[:MOST_NAMED])}{more}." if inside else ""
+    hint = f" This folder contains the sweeps {first_of(inside, MOST_NAMED)}." if inside else ""
     return f"'{path}' is not a sweep's folder: it has no sweep.yaml.{hint}"
 
 

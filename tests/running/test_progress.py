@@ -208,7 +208,9 @@ def test_the_calls_of_runs_that_were_interrupted_in_their_first_steps_are_counte
     summaries, calls = [run.summary() for run in folder.runs()], 2 * 2 * AGENTS + 3
     (row,) = standings(folder, summaries)
     assert (row.complete, row.waiting, row.calls) == (1, 2, calls)
-    assert ran_line(summaries, list(counts_so_far(folder, summaries)), Path("out")).endswith(f", {calls} calls")
+    assert ran_line(
+        summaries, list(counts_so_far(folder, summaries, folder.progress().values())), Path("out")
+    ).endswith(f", {calls} calls")
 
 
 def _calls_of(folder: SweepFolder) -> int:
